@@ -1,4 +1,4 @@
-"""Four loaded problems: bearings and flanks that stay pressed, which is what most drives do."""
+"""Six loaded problems: bearings and flanks that stay pressed, which is what most drives do."""
 
 import math
 import time
@@ -15,14 +15,14 @@ from gearplay.solver.flow import Flow
 
 DURATION = 0.1
 """Of each problem [s], after ``LEAD`` of running in."""
-SHORT = {"pinion-idler-ring": 0.002}
-"""Of what is chaotic [s], where an error is asked for: later no two methods agree."""
+SHORT = {"pinion-idler-ring": 0.002, "two-stage-reducer": 0.02, "planetary-reducer": 0.05}
+"""Of what is chaotic [s], where an error is asked for: later no two methods agree; and of what takes long."""
 LEAD = 0.3
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 REPEATS = 5
 AT_A_TIME = 3
 """Runs of a method within a repeat, of which the least time counts: what else the machine does comes in bursts."""
-WANTED = 1e-8  # m
+WANTED = (1e-6, 1e-8, 1e-10, 1e-12)  # m
 
 
 def external_pair():
@@ -38,6 +38,16 @@ def chain():
 def article_pair():
     """Return the article's internal pair under gravity and 1 N m."""
     return gp.load_case("han2021", ["gravity.1=-9.81", "rotors.ring.load.torque=1"])
+
+
+def two_stage():
+    """Return the bundled reducer of two stages."""
+    return gp.load_case("two-stage-reducer")
+
+
+def planetary_reducer():
+    """Return the bundled planetary reducer."""
+    return gp.load_case("planetary-reducer")
 
 
 def planetary_set():
@@ -115,6 +125,8 @@ PROBLEMS = {
     "pinion-idler-ring": chain,
     "article 1 g 1 N m": article_pair,
     "planetary": planetary_set,
+    "two-stage-reducer": two_stage,
+    "planetary-reducer": planetary_reducer,
 }
 
 
@@ -168,7 +180,7 @@ class Loaded(Problem):
 
 @lru_cache
 def make_problems():
-    """Return the four problems, their kernels compiled; the same ones each time, with the answers they have found."""
+    """Return the problems, their kernels compiled; the same ones each time, with the answers they have found."""
     problems = [
         Loaded(name, make(), SHORT.get(name, DURATION), (0,), begin=LEAD) for name, make in PROBLEMS.items()
     ]
@@ -200,17 +212,22 @@ def report():
 
 
 def first_within(problem, solve):
-    """Return the loosest tolerance at which a solver's error is at most `WANTED`, None where it is at none."""
-    for k in range(4, 21):  # from the loosest tolerance that a case may have
+    """Return for each error of `WANTED` the loosest tolerance at which a solver keeps it, None where none does."""
+    found = dict.fromkeys(WANTED)
+    for k in range(4, 27):  # from the loosest tolerance that a case may have
         tolerance = 10.0 ** (-0.5 * k)
         end = solve(problem, 0, tolerance)[0]
-        if np.all(np.isfinite(end)) and problem.error(0, end) <= WANTED:
-            return tolerance
-    return None
+        error = problem.error(0, end) if np.all(np.isfinite(end)) else math.inf
+        for wanted in WANTED:
+            if found[wanted] is None and error <= wanted:
+                found[wanted] = tolerance
+        if None not in found.values():
+            break
+    return found
 
 
 def against_peers():
-    """Return the seconds of ours and of peers at the loosest tolerance that errs by at most `WANTED`, and the ratios."""
+    """Return tables, for each wanted error, of the seconds of ours and of peers at the loosest tolerance, and the ratios."""
     problems, solvers = (
         make_problems(),
         {"gearplay": lambda problem, member, tolerance: problem.ours(member, tolerance)},
@@ -219,30 +236,43 @@ def against_peers():
         if peer.missing() is None:
             methods = getattr(peer, "offered", lambda known=peer.NAME: known)()
             solvers |= {f"{name} {method}": _by(peer, method) for method in methods}
-    lines = [
-        f"Least time at the loosest tolerance (by half decades) with an error of at most {WANTED:g} m, over the same spans, with"
-        f" the common compiled right-hand side; in turn, and how many times ours: least to largest of {REPEATS} repeats.",
-        "",
-        "| solver |" + "".join(f" {problem.name} |" for problem in problems),
-        "|---|" + "---:|" * len(problems),
-    ]
-    cells = {name: [] for name in solvers}
+    rows = {wanted: {name: [] for name in solvers} for wanted in WANTED}
     for problem in problems:
         tolerances = {name: first_within(problem, solve) for name, solve in solvers.items()}
-        times = {name: [] for name in solvers}
-        for _ in range(REPEATS):
-            for name, solve in solvers.items():
-                if tolerances[name] is not None:
-                    times[name].append(min(solve(problem, 0, tolerances[name])[1] for _ in range(AT_A_TIME)))
-        own = times["gearplay"]
-        for name, found in times.items():
-            if not found:
-                cells[name].append("not reached")
-                continue
-            ratios = [theirs / ours for theirs, ours in zip(found, own, strict=True)]
-            words = "" if name == "gearplay" else f", {spread(ratios)} times"
-            cells[name].append(f"{1e3 * min(found):.3g} ms{words}")
-    return lines + [f"| {name} | {' | '.join(row)} |" for name, row in cells.items()]
+        for wanted in WANTED:
+            cells = _timed_at(problem, solvers, {name: tolerances[name][wanted] for name in solvers})
+            for name, cell in cells.items():
+                rows[wanted][name].append(cell)
+    lines = [
+        "Least time at the loosest tolerance (by half decades) that keeps an error, over the same spans, with the common compiled"
+        f" right-hand side; in turn, and how many times ours: least to largest of {REPEATS} repeats."
+    ]
+    for wanted in WANTED:
+        lines += [
+            "",
+            f"| error at most {wanted:g} m |" + "".join(f" {problem.name} |" for problem in problems),
+            "|---|" + "---:|" * len(problems),
+            *(f"| {name} | {' | '.join(row)} |" for name, row in rows[wanted].items()),
+        ]
+    return lines
+
+
+def _timed_at(problem, solvers, tolerances):
+    """Return the cell of each solver: its least time at its tolerance, and how many times ours."""
+    times = {name: [] for name in solvers}
+    for _ in range(REPEATS):
+        for name, solve in solvers.items():
+            if tolerances[name] is not None:
+                times[name].append(min(solve(problem, 0, tolerances[name])[1] for _ in range(AT_A_TIME)))
+    own, cells = times["gearplay"], {}
+    for name, found in times.items():
+        if not found or not own:
+            cells[name] = "not reached" if not found else f"{1e3 * min(found):.3g} ms"
+            continue
+        ratios = [theirs / ours for theirs, ours in zip(found, own, strict=True)]
+        words = "" if name == "gearplay" else f", {spread(ratios)} times"
+        cells[name] = f"{1e3 * min(found):.3g} ms{words}"
+    return cells
 
 
 def _by(peer, method):

@@ -1,4 +1,4 @@
-"""Implicit steps of bodies in contact: Radau collocation of order 5, solved by Newton's method with a reused Jacobian.
+"""Implicit steps of bodies in contact: Radau collocation, solved by Newton's method with a reused Jacobian.
 
 Pressed contacts are stiff and smooth. An explicit method steps as their fastest vibration bids, though it has died down; this
 one steps as the forcing does. Radau IIA damps what is too fast for a step: E. Hairer, G. Wanner, Solving Ordinary Differential
@@ -15,41 +15,30 @@ from gearplay.integrate.implicit import (
     H_FACTORED,
     H_TRACED,
     IN_USE,
+    LAST_METHOD,
+    METHOD,
     TRACED,
-    C,
+    WORK,
     correct,
     factorise,
     find_unknowns,
     position_of,
 )
-from gearplay.integrate.implicit_stages import place_stage, predict
+from gearplay.integrate.implicit_stages import fill_rows, place_stage, predict
 from gearplay.integrate.jacobian import differentiate, is_worn, wear
+from gearplay.integrate.radau import HIGH, STAGES, C
 from gearplay.integrate.right_hand_side import rates_of
 from gearplay.integrate.run import CALLS, ERROR_SHARE, INSIDE, Run, T
-from gearplay.integrate.runge_kutta import NODES, STAGES
-from gearplay.kernels.arrays import Floats
-from gearplay.kernels.compiled import compiled, compiled_inline
+from gearplay.integrate.runge_kutta import STAGES as ROWS
+from gearplay.kernels.compiled import compiled
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.layout import System, vx_of, x_of
+from gearplay.kernels.layout import System, vx_of
 
-_FOUR = np.array([0.0, *C])
-
-
-def _lagrange(at: Floats, nodes: Floats) -> Floats:
-    """Return what polynomials through values at nodes have at other places, shape [place, node]."""
-    powers = np.vander(nodes, increasing=True)
-    return np.ascontiguousarray(np.vander(at, nodes.size, increasing=True) @ np.linalg.inv(powers))
-
-
-AT_STAGES = _lagrange(
-    NODES, _FOUR
-)  # derivatives at the nodes of the explicit method: its interpolant is made of them
-ERROR = 8e-3
-"""Share of the fourth differences: of order 5 like the explicit estimate, above the errors of method and interpolant."""
-
-KEPT = 1  # stage whose loads are kept
+ERROR, ERROR_OF_FIVE = 8e-3, 2.4e-4
+"""Shares of the differences in the error estimate: twice those in the error of the interpolant, far above that of the method."""
 NEWTON = 8  # iterations at most
-ENOUGH = 0.05  # of the allowed error that Newton's method may leave
+ENOUGH = np.array([0.05, 0.05])
+"""Share of the allowed error that Newton's method may leave, by the method: five stages err by far less than is allowed."""
 FORGETS, WORST = 1.05, 0.3
 """By how much its convergence is taken to be worse from step to step, as one iteration does not show it; at most so bad."""
 
@@ -61,7 +50,8 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
     Returns the number of iterations, 0 where they do not converge, or too slowly.
     """
     kept, active_set, scale, error_weight = run.implicit, run.active_set, run.scale, run.implicit.error_weight
-    k, rest, stages, sizes = kept.k, kept.rest, run.stages, kept.sizes
+    k, rest, stages, sizes, method = kept.k, kept.rest, run.stages, kept.sizes, kept.numbers[METHOD]
+    count = STAGES[method]
     for c in range(1, active_set.active[0] + 1):
         first = vx_of(system, active_set.active[c])
         for s in range(first, first + 3):
@@ -72,11 +62,12 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
     sizes[CONTRACTION] = min(WORST, FORGETS * sizes[CONTRACTION] * max(1.0, longer * longer))
     before = 0.0
     for turn in range(NEWTON):
-        for stage in range(3):
+        for stage in range(count):
             place_stage(system, run, stage, h)
             run.counts[CALLS] += 1
-            at, row = t + C[stage] * h, stages[1 + stage]
-            loads = run.loads_inside if stage == KEPT else run.loads
+            sizes[WORK] += 1.0
+            at, row = t + C[method, stage] * h, stages[1 + stage]
+            loads = run.loads_inside if stage == count // 2 else run.loads
             if rates_of(system, active_set, at, run.y_new, run.branch, row, loads) != 0:
                 return 0
             for c in range(1, active_set.active[0] + 1):
@@ -88,7 +79,7 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
         for c in range(1, active_set.active[0] + 1):
             first = vx_of(system, active_set.active[c])
             for s in range(first, first + 3):
-                for stage in range(3):
+                for stage in range(count):
                     k[stage, s] += rest[stage, s]
                     change = error_weight[s] * abs(rest[stage, s])
                     if not change <= size:
@@ -100,9 +91,9 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
             if sizes[CONTRACTION] >= 0.9:
                 return 0
         left = sizes[CONTRACTION] * size
-        if left <= ENOUGH:
+        if left <= ENOUGH[method]:
             return turn + 1
-        if turn > 0 and left * sizes[CONTRACTION] ** (NEWTON - 1 - turn) > ENOUGH:
+        if turn > 0 and left * sizes[CONTRACTION] ** (NEWTON - 1 - turn) > ENOUGH[method]:
             return 0
         before = size
     return 0
@@ -117,7 +108,8 @@ def attempt_implicit(system: System, run: Run, h: float) -> int:
         find_unknowns(system, active_set, kept)
         numbers[TRACED] = 0
         kept.sizes[CONTRACTION] = WORST
-    predict(system, run, h)
+    predict(system, run, h, True)
+    onward = True
     if (numbers[IN_USE] == 0 or is_worn(kept)) and differentiate(system, run, t, h) != 0:
         return 1
     while True:
@@ -126,70 +118,62 @@ def attempt_implicit(system: System, run: Run, h: float) -> int:
         turns = solve(system, run, t, h)
         if turns > 0:
             break
-        if numbers[AGE] == 0:
+        if not onward:
             return 1
+        onward = (
+            numbers[AGE] > 0
+        )  # with a new Jacobian, and then without a polynomial: of vibrations it is far off
         kept.sizes[CONTRACTION] = WORST
-        predict(system, run, h)
+        predict(system, run, h, onward)
         if differentiate(system, run, t, h) != 0:
             return 1
     wear(kept, turns)
-    run.clock[INSIDE] = C[KEPT]
-    place_stage(system, run, 2, h)
+    method = numbers[METHOD]
+    run.clock[INSIDE] = C[method, STAGES[method] // 2]
+    for stage in range(STAGES[method]):  # the last of them is the end
+        place_stage(system, run, stage, h)
     run.counts[CALLS] += 1
-    if rates_of(system, active_set, t + h, run.y_new, run.branch, run.stages[STAGES - 1], run.loads) != 0:
+    if rates_of(system, active_set, t + h, run.y_new, run.branch, run.stages[ROWS - 1], run.loads) != 0:
         return 1
-    fill_stages(system, run)
+    fill_rows(run)
     return 0
 
 
-@compiled_inline
-def fill_stages(system: System, run: Run) -> None:
-    """Fill the rows of the explicit method's stages with derivatives at its nodes."""
-    active_set, stages, k, v = run.active_set, run.stages, run.implicit.k, run.implicit.v
-    for c in range(1, active_set.active[0] + 1):
-        i = active_set.active[c]
-        for axis in range(3):
-            q, s = x_of(i) + axis, vx_of(system, i) + axis
-            for row in range(1, STAGES - 1):
-                w = AT_STAGES[row]
-                stages[row, q] = w[0] * stages[0, q] + w[1] * v[0, q] + w[2] * v[1, q] + w[3] * stages[6, q]
-                stages[row, s] = w[0] * stages[0, s] + w[1] * k[0, s] + w[2] * k[1, s] + w[3] * stages[6, s]
-
-
 @compiled
-def implicit_error(system: System, run: Run, h: float) -> float:
-    """Return the largest local error over its allowance, from fourth differences of the derivatives; inf for NaN.
+def implicit_error(run: Run, h: float, low: bool) -> float:
+    """Return the largest local error of the step last tried over its allowance, from differences of the derivatives; inf for NaN.
 
-    They reach back to the second stage of the step before; without one the step is as long as an explicit one, and trusted.
+    Fourth differences for three stages, or where ``low``: what three stages would err by; sixth ones for five. They reach back to
+    the middle stage of the step before; without one the step is as long as an explicit one, and trusted.
     """
-    kept, active_set, stages, worst = run.implicit, run.active_set, run.stages, 0.0
-    k, v = kept.k, kept.v
+    kept, states, stages, worst = run.implicit, run.active_set.states, run.stages, 0.0
+    k, nodes, w, method = kept.k, kept.nodes, kept.differences, kept.numbers[METHOD]
     if kept.numbers[TRACED] == 0:
-        for s in range(1, active_set.states[0] + 1):
-            if not abs(stages[6, active_set.states[s]]) < np.inf:
+        for c in range(1, states[0] + 1):
+            if not abs(stages[ROWS - 1, states[c]]) < np.inf:
                 return np.inf
         return 0.5
-    back = -(1.0 - C[1]) * kept.sizes[H_TRACED] / h
-    w_b = ERROR / (back * (back - C[0]) * (back - C[1]) * (back - 1.0))
-    w_0 = ERROR / ((0.0 - back) * (0.0 - C[0]) * (0.0 - C[1]) * (0.0 - 1.0))
-    w_1 = ERROR / ((C[0] - back) * C[0] * (C[0] - C[1]) * (C[0] - 1.0))
-    w_2 = ERROR / ((C[1] - back) * C[1] * (C[1] - C[0]) * (C[1] - 1.0))
-    w_3 = ERROR / ((1.0 - back) * (1.0 - C[0]) * (1.0 - C[1]))
-    for c in range(1, active_set.active[0] + 1):
-        i = active_set.active[c]
-        for axis in range(3):
-            q, s = x_of(i) + axis, vx_of(system, i) + axis
-            e = w_b * kept.last_v[q] + w_0 * stages[0, q] + w_1 * v[0, q] + w_2 * v[1, q] + w_3 * stages[6, q]
-            d = (
-                w_b * kept.last[1, s]
-                + w_0 * stages[0, s]
-                + w_1 * k[0, s]
-                + w_2 * k[1, s]
-                + w_3 * stages[6, s]
-            )
-            size = h * max(abs(e) / run.scale[q], abs(d) / run.scale[s])
-            if not size <= worst:
-                worst = size
-                if not size < np.inf:
-                    return np.inf
+    last = kept.numbers[LAST_METHOD]
+    back = STAGES[last] // 2
+    first = 1 if method == HIGH and low else 0
+    count = 7 if method == HIGH and not low else 5
+    nodes[0], nodes[1], nodes[2] = (C[last, back] - 1.0) * kept.sizes[H_TRACED] / h, 0.0, 1.0
+    for j in range(3, count):
+        nodes[j] = C[method, first + j - 3]
+    for j in range(count):
+        w[j] = ERROR if count == 5 else ERROR_OF_FIVE
+        for other in range(count):
+            if other != j:
+                w[j] /= nodes[j] - nodes[other]
+    for c in range(1, states[0] + 1):
+        s = states[c]
+        e = w[0] * kept.last[back, s] + w[1] * stages[0, s] + w[2] * stages[ROWS - 1, s]
+        e += w[3] * k[first, s] + w[4] * k[first + 1, s]
+        if count == 7:
+            e += w[5] * k[2, s] + w[6] * k[3, s]
+        size = h * abs(e) / run.scale[s]
+        if not size <= worst:
+            worst = size
+            if not size < np.inf:
+                return np.inf
     return worst / run.clock[ERROR_SHARE]

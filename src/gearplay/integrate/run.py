@@ -8,6 +8,7 @@ from gearplay.integrate.active_set import ActiveSet, make_active_set
 from gearplay.integrate.implicit import Implicit, make_implicit
 from gearplay.integrate.right_hand_side import make_loads
 from gearplay.integrate.runge_kutta import STAGES
+from gearplay.integrate.slopes import Slopes, make_slopes
 from gearplay.integrate.switches import make_branch
 from gearplay.kernels.arrays import Floats, Ints, Rows
 from gearplay.kernels.by_address import Group
@@ -50,6 +51,8 @@ class Run(Group):
     stages: Rows  # [7, state]
     dy_try: Floats
     implicit: Implicit
+    slopes: Slopes  # of elements, for its Jacobian
+    change: Floats  # [state, then impact speed] scratch, zero between uses
     loads_0: Loads  # at the start of the step last tried
     loads_inside: Loads  # at a stage inside it
     loads: Loads  # at its end
@@ -165,6 +168,8 @@ def make_run(
         y_try=np.array(y_0, dtype=np.float64),
         stages=np.zeros((STAGES, n)),
         implicit=make_implicit(system.rotors.size, system.elements.size, n),
+        slopes=make_slopes(system),
+        change=np.zeros(n + branch.impact_speeds.size),
         dy_try=np.zeros(n),
         loads_0=Loads(loads.contacts.copy(), loads.rotors, loads.out),
         loads_inside=Loads(loads.contacts.copy(), loads.rotors, loads.out),

@@ -135,13 +135,3 @@ def interpolate_state(i: int, x: float, h: float, y: Floats, y_new: Floats, stag
         d += DENSE[j] * stages[j, i]
     r4 = difference - h * stages[6, i] - curvature
     return y[i] + x * (difference + (1.0 - x) * (curvature + x * (r4 + (1.0 - x) * h * d)))
-
-
-@compiled_inline
-def interpolate(
-    active_set: ActiveSet, x: float, h: float, y: Floats, y_new: Floats, stages: Floats, result: Floats
-) -> None:
-    """Fill the active states of ``result`` with the continuous extension at t + x h."""
-    for s in range(1, active_set.states[0] + 1):
-        i = active_set.states[s]
-        result[i] = interpolate_state(i, x, h, y, y_new, stages)

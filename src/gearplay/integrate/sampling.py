@@ -14,8 +14,8 @@ from gearplay.integrate.run import (
     Run,
     T,
 )
-from gearplay.integrate.runge_kutta import interpolate
 from gearplay.integrate.shaft_power import applied_torque, shaft_power
+from gearplay.integrate.trial_step import interpolate
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import (
@@ -66,7 +66,7 @@ def record_samples(system: System, run: Run, h: float, t_new: float) -> None:
             continue
         propagate_listed(system, active_set, run.wanted_rotors, t, run.y_try)
         x = min(max((t - clock[T]) / h, 0.0), 1.0)
-        interpolate(active_set, x, h, run.y, run.y_new, run.stages, run.y_try)
+        interpolate(run, h, x)
         if counts[FORCES] == 2:
             for i in range(system.rotors.size):
                 if active_set.body_states[i] != ACTIVE:  # elements add to them all the same

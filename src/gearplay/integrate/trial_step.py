@@ -2,6 +2,8 @@
 
 from gearplay.integrate import dispatch
 from gearplay.integrate.active_set import propagate_body, propagate_listed
+from gearplay.integrate.implicit import COLLOCATED
+from gearplay.integrate.implicit_stages import collocate, weigh_inside
 from gearplay.integrate.run import CALLS, INSIDE, Run, T
 from gearplay.integrate.runge_kutta import KEPT, NODES, STAGES, interpolate_state, step
 from gearplay.integrate.switches import switch_value
@@ -19,6 +21,7 @@ def attempt(system: System, run: Run, h: float) -> int:
     run.counts[CALLS] += STAGES - 1
     t = run.clock[T]
     run.clock[INSIDE] = NODES[KEPT]
+    run.implicit.numbers[COLLOCATED] = 0
     failed = step(
         system, run.active_set, t, h, run.y, run.stages, run.branch, run.y_new, run.loads_inside, run.loads
     )
@@ -37,6 +40,14 @@ def watch(system: System, run: Run, t: float, y: Floats, loads: Loads) -> int:
 
 
 @compiled_inline
+def state_inside(run: Run, i: int, h: float, x: float) -> float:
+    """Return state i at t + x h on the interpolant of the step last tried."""
+    if run.implicit.numbers[COLLOCATED] > 0:
+        return collocate(run, i, h)
+    return interpolate_state(i, x, h, run.y, run.y_new, run.stages)
+
+
+@compiled_inline
 def interpolate_rotor(system: System, run: Run, i: int, h: float, x: float) -> None:
     """Fill rotor i's entries of y_try with its state at t + x h: on the step's interpolant or in closed form."""
     if run.active_set.body_states[i] == FREE:
@@ -44,13 +55,15 @@ def interpolate_rotor(system: System, run: Run, i: int, h: float, x: float) -> N
     elif run.active_set.body_states[i] == ACTIVE:
         for axis in range(3):
             place, speed = x_of(i) + axis, vx_of(system, i) + axis
-            run.y_try[place] = interpolate_state(place, x, h, run.y, run.y_new, run.stages)
-            run.y_try[speed] = interpolate_state(speed, x, h, run.y, run.y_new, run.stages)
+            run.y_try[place] = state_inside(run, place, h, x)
+            run.y_try[speed] = state_inside(run, speed, h, x)
 
 
 @compiled
 def interpolate_element(system: System, run: Run, e: int, h: float, x: float) -> None:
     """Fill y_try with what element e depends on at t + x h."""
+    if run.implicit.numbers[COLLOCATED] > 0:
+        weigh_inside(run.implicit, x)
     a, b, c = members(system, e)
     interpolate_rotor(system, run, a, h, x)
     if b >= 0:
@@ -59,7 +72,17 @@ def interpolate_element(system: System, run: Run, e: int, h: float, x: float) ->
         interpolate_rotor(system, run, c, h, x)
     element = system.elements[e]
     for slot in range(element.state, element.state + element.states):
-        run.y_try[slot] = interpolate_state(slot, x, h, run.y, run.y_new, run.stages)
+        run.y_try[slot] = state_inside(run, slot, h, x)
+
+
+@compiled
+def interpolate(run: Run, h: float, x: float) -> None:
+    """Fill the active states of y_try with those at t + x h on the interpolant of the step last tried."""
+    if run.implicit.numbers[COLLOCATED] > 0:
+        weigh_inside(run.implicit, x)
+    for c in range(1, run.active_set.states[0] + 1):
+        s = run.active_set.states[c]
+        run.y_try[s] = state_inside(run, s, h, x)
 
 
 @compiled_once

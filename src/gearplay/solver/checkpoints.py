@@ -55,18 +55,20 @@ _ASKED = (
 )
 # What an implicit step makes of the rest: factors, and work in between.
 _MADE = (
+    "slopes",
+    "change",
     "real",
     "complex",
-    "real_swaps",
-    "complex_swaps",
     "k",
     "rest",
-    "v",
     "error_weight",
     "nodes",
     "weights",
+    "differences",
+    "dense",
     "beside",
     "whole",
+    "bodies",
     "right",
     "right_complex",
 )

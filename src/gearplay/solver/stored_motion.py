@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from gearplay.integrate import implicit
 from gearplay.integrate import run as kernel
+from gearplay.integrate.implicit import find_unknowns
+from gearplay.integrate.radau import HIGH, MOST
 from gearplay.integrate.restart import FURTHEST
 from gearplay.kernels.layout import (
     ACTING,
@@ -39,7 +41,8 @@ LISTS: Final = tuple(
     f"active_set.{name}"
     for name in ("active", "states", "acting", "watched", "near", "switches", "hiding", "joining")
 )
-MADE: Final = (*LISTS, "implicit.places", "active_set.integrated_groups", "active_set.forced", "modes_0")
+UNKNOWNS: Final = ("implicit.places", "implicit.first", "implicit.unknowns")
+MADE: Final = (*LISTS, *UNKNOWNS, "active_set.integrated_groups", "active_set.forced", "modes_0")
 """Arrays of integers that follow from the others or from the case, or are written before they are read."""
 SETTINGS: Final = (kernel.H_RESTART, kernel.FIXED, kernel.TOLERANCE)
 ASKED: Final = (kernel.T_END, kernel.SAMPLE_START, kernel.SAMPLE_INTERVAL)
@@ -142,6 +145,8 @@ def _bounds(arrays: dict[str, NDArray[Any]], course: Course) -> dict[str, tuple[
         low[coupling.mode], high[coupling.mode] = 0, max(int(coupling.stages) - 1, 0)
     numbers = np.full(arrays["implicit.numbers"].size, LARGEST)
     numbers[implicit.IN_USE], numbers[implicit.TRACED] = 1, 2
+    numbers[[implicit.METHOD, implicit.LAST_METHOD, implicit.OLDER_METHOD]] = HIGH
+    numbers[implicit.COLLOCATED] = MOST
     counts = np.full(arrays["counts"].size, LARGEST)
     counts[kernel.BEGUN] = 1
     return {
@@ -210,6 +215,7 @@ def _set_up(arrays: dict[str, NDArray[Any]], blank: dict[str, NDArray[Any]], cou
             array = arrays[name]
             array[...] = 0
             array[0], array[1 : 1 + len(items)] = len(items), items
+        find_unknowns(course.system, course.run.active_set, course.run.implicit)
 
 
 def _lists(system: System, arrays: dict[str, NDArray[Any]]) -> dict[str, list[int]]:
@@ -235,13 +241,4 @@ def _lists(system: System, arrays: dict[str, NDArray[Any]]) -> dict[str, list[in
             listed["near"] += [i for i in dict.fromkeys(free) if i not in listed["near"]]
         if element.joins == 1 and elements[e] != ACTING:
             found["active_set.joining"].append(e)
-    rotors: Any = system.rotors
-    moving = [(rotors[i].inv_mass, rotors[i].inv_mass, rotors[i].inv_inertia) for i in active]
-    unknowns = [
-        vx_of(system, i) + k
-        for i, each in zip(active, moving, strict=True)
-        for k in range(3)
-        if each[k] > 0.0
-    ]
-    found["implicit.places"] = unknowns if len(unknowns) < arrays["implicit.places"].size else []
     return found
