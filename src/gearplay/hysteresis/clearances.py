@@ -17,15 +17,17 @@ from gearplay.model.reading import replace
 from gearplay.model.wording import translate
 from gearplay.parts.mesh.schema import PlanetMesh
 from gearplay.parts.registry import COUPLING, MESH, SLEEVE
-from gearplay.sweeps.cases.draws import check_draws, draw
+from gearplay.sweeps.cases.draws import check_draws, draw, sample_size
 from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.reading import load_sweep
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import Fault, InputError, ResourceError
 
 Floats = NDArray[np.float64]
 
 SPREAD = 0.2
 """Part of each clearance by which it is drawn, either way, where no tolerances are given."""
+MOST = 10_000
+"""Most members or positions."""
 
 
 class Clearance(NamedTuple):
@@ -68,12 +70,19 @@ def parts_of(train: Train, rated: float) -> dict[str, float]:
     return found
 
 
+def check_count(field: str, count: int | None) -> None:
+    """Raise `ResourceError` for more than `MOST` systems."""
+    if count is not None and count > MOST:
+        raise ResourceError(f"{field}: {count}, {count / MOST:.3g} times the limit of {MOST}. Give fewer.")
+
+
 def design_of(tolerances: Any, case: Case, members: int | None) -> Design | None:
     """Return the drawn parameters: of a sweep plan, of a table ``[design]``, or each clearance of the case within `SPREAD`.
 
     None where neither tolerances nor members are given, or the case has no clearance. Raises `InputError` for a plan without
     drawn parameters.
     """
+    check_count("members", members)
     if tolerances is None:
         parameters = _clearance_draws(case)
         if members is None or members == 1 or not parameters:
@@ -91,6 +100,7 @@ def design_of(tolerances: Any, case: Case, members: int | None) -> Design | None
             rule = "must be a plan with drawn parameters"
             raise InputError(Fault("tolerances", plan.title, rule, "Add a [design] with what scatters"))
         design = plan.design
+    check_count("members", sample_size(design) if members is None else members)
     return design if members is None else design.model_copy(update={"count": members})
 
 

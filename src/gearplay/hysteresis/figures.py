@@ -53,9 +53,7 @@ def lost_motion_drawing(ds: xr.Dataset) -> Any:
     lost, play = float(ds["lost_motion_arcmin"]), float(ds["backlash_arcmin"])
     where = f" at {ds.attrs['at']}" if ds.attrs.get("at") else ""
     title = ds.attrs.get("title") or "Train"
-    set_title(
-        figure, f"{title}: {lost:.4g} arcmin of lost motion{where}, {play:.4g} arcmin of it without torque"
-    )
+    set_title(figure, f"{title}: {lost:.4g} arcmin of lost motion{where}, {play:.4g} arcmin of backlash")
     return figure
 
 
@@ -98,11 +96,12 @@ def _parts(ax: Any, ds: xr.Dataset) -> None:
 
 def _over(ax: Any, ds: xr.Dataset, name: str) -> None:
     label, factor, shift = next(each[1:] for each in PANELS if each[0] == name)
-    x = factor * ds[name].values + shift
+    x, highest = factor * ds[name].values + shift, 0.0
     for field, color in (("lost_motion", TEST), ("backlash", COUPLED)):
         y = ds[f"{field}_arcmin_by_{name}"].values
+        highest = max(highest, float(y.max()))
         ax.plot(x, y, "o-", color=color, markersize=3, linewidth=1.0, label=field.replace("_", " "))
-    ax.set_ylim(bottom=0.0)
+    ax.set_ylim(0.0, 1.15 * highest or 1.0)
     ax.set_xlabel(label, fontsize=FONT)
     ax.set_ylabel("[arcmin]", fontsize=FONT)
     ax.legend(fontsize=FONT, frameon=False)
@@ -118,7 +117,7 @@ def _members(ax: Any, ds: xr.Dataset, name: str) -> None:
 
 
 def reduction_drawing(ds: xr.Dataset) -> Any:
-    """Return the figure of a reduced joint: torque over rotation, and of drawn members half width over stiffness."""
+    """Return the figure of a reduced joint: torque over rotation, and the half widths of drawn members."""
     scattered = "member" in ds.dims
     figure, axes = make_figure(1, 2 if scattered else 1, 3.4)
     rated = float(ds.attrs["rated_torque"])
@@ -129,14 +128,14 @@ def reduction_drawing(ds: xr.Dataset) -> Any:
     axes[0, 0].set_xlabel("rotation of the joint [arcmin]", fontsize=FONT)
     axes[0, 0].set_ylabel("torque [N m]", fontsize=FONT)
     if scattered:
-        x, y = ds["stiffness_by_member"].values / ARCMIN, ARCMIN * ds["half_width_by_member"].values
-        axes[0, 1].plot(x, y, "o", color=UNCOUPLED, markersize=3)
-        axes[0, 1].plot(stiffness / ARCMIN, ARCMIN * half, "o", color=COUPLED, markersize=6)
-        axes[0, 1].set_xlabel("stiffness [N m/arcmin]", fontsize=FONT)
-        axes[0, 1].set_ylabel("half width [arcmin]", fontsize=FONT)
-    marks = {"nominal": legend_mark(COUPLED, marker="o", line="-")}
+        values = ARCMIN * ds["half_width_by_member"].values
+        axes[0, 1].hist(values, bins=max(4, min(30, 2 * int(np.sqrt(values.size)))), color=UNCOUPLED)
+        axes[0, 1].axvline(ARCMIN * half, color=COUPLED, linewidth=1.4)
+        axes[0, 1].set_xlabel("half width of drawn members [arcmin]", fontsize=FONT)
+        axes[0, 1].set_ylabel("members", fontsize=FONT)
+    marks = {"nominal": legend_mark(COUPLED, line="-")}
     if scattered:
-        marks["drawn members"] = legend_mark(UNCOUPLED, marker="o")
+        marks["drawn members"] = legend_mark(UNCOUPLED, marker="s")
     set_legend(figure, marks)
     set_title(figure, f"{ds.attrs.get('title') or 'Train'}: one joint at {ds.attrs['at']}")
     return figure

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.hysteresis.balance_path import Train
-from gearplay.hysteresis.clearances import design_of, drawn_cases, parts_of
+from gearplay.hysteresis.clearances import check_count, design_of, drawn_cases, parts_of
 from gearplay.hysteresis.cycle import Numbers, numbers_of, torque_cycle
 from gearplay.hysteresis.held import Held, held
 from gearplay.hysteresis.result import LostMotion, dataset_of
@@ -21,7 +21,7 @@ from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
 from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -33,8 +33,6 @@ STAGES = (0.14, 0.48)
 """Ends of the first two stages of the stiffness, of the rated torque, where none are given."""
 FEW = 2
 """Points of each sign of the torque besides those that the numbers need, where no curve is wanted."""
-MOST = 100_000
-"""Most positions, members or temperatures."""
 
 
 def lost_motion(
@@ -129,11 +127,7 @@ def lost_motion(
     ends = stages_of(stages, rated)
     whole = held(base, at, hold)
     _check_friction(whole, ends[0])
-    for field, count in (("positions", positions or 1), ("members", members or 1)):
-        if count > MOST:
-            raise ResourceError(
-                f"{field}: {count}, {count / MOST:.3g} times the limit of {MOST}. Give fewer."
-            )
+    check_count("positions", positions)
     study = _Study(at, hold, rated, ends, cycles, progress)
     if quasi_static:
         curve = torque_cycle(Train(whole), rated, ends, cycles=cycles)

@@ -173,9 +173,9 @@ class Fit:
     def curve(self, values: Floats) -> Curve:
         """Return the curve of one cycle between both rated torques."""
         rated, (first, second), friction = self.rated, self.ends, float(values[5])
-        marks = np.unique(
-            [*np.linspace(0.0, rated, POINTS + 1)[1:], SMALL * rated, LINEAR * rated, first, second]
-        )
+        kinks = [friction, friction * (1.0 + 1e-9)] if friction > 0.0 else []  # both ends of the play
+        even = np.linspace(0.0, rated, POINTS + 1)[1:]
+        marks = np.unique([*even, *kinks, SMALL * rated, LINEAR * rated, first, second])
         torque = np.concatenate([-marks[::-1], [0.0], marks])
         angle, tangent = np.zeros((2, torque.size)), np.zeros((2, torque.size))
         slopes = 1.0 / values[2:5]

@@ -171,7 +171,8 @@ PLAN: Final = having("model_dump", "a plan, its name, a path or a table", (str, 
 RULES: Final[Mapping[str, Any]] = MappingProxyType(
     {
         **dict.fromkeys(("settle", "seed", "member"), Whole(0)),
-        **dict.fromkeys(("keep", "show", "count", "ensemble", "positions", "cycles"), Whole(1)),
+        **dict.fromkeys(("keep", "show", "count", "ensemble", "positions"), Whole(1)),
+        "cycles": Whole(1, 1000),
         "periods": Whole(100),
         "order": Whole(1, 1000),
         "doublings": Whole(0, 8),
@@ -211,6 +212,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         **dict.fromkeys(("signals", "directions"), TEXTS),
         **dict.fromkeys(("channels", "at", "hold"), listed(str, "text", single=True)),
         "columns": TEXTS,
+        "tolerances": one_of((str, os.PathLike, Mapping), "the name or path of a sweep plan, or a table"),
         "torque": Real(0.0, above=True, text=True),
         **dict.fromkeys(("stages", "temperatures"), numbers_listed(text=True)),
         **dict.fromkeys(("folder", "records"), PATH),
@@ -232,7 +234,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         **dict.fromkeys(
             (
                 *("case", "rig", "source"),  # checked by their own functions
-                *("path", "low", "high", "start", "fields", "more", "tolerances"),
+                *("path", "low", "high", "start", "fields", "more"),
             ),
             FREE,
         ),
