@@ -354,3 +354,10 @@ def test_what_is_not_held_or_rubs_too_much_is_refused() -> None:
                        hold="stage.sun", torque=5.0)  # fmt: skip
     with pytest.raises(gp.InputError, match=r"above the friction of the train at arm, 20 N m"):
         gp.lost_motion(spring(1e4, 1e-3, 20.0), at="arm", hold="motor", torque=100.0)
+
+
+@pytest.mark.parametrize("torque", [1e-300, 1e-9, 1e-6])
+def test_torques_that_drown_in_rounding_are_refused(torque: float) -> None:
+    """Such a torque would leave the flanks apart, and the play be 0."""
+    with pytest.raises(gp.SimulationError, match="cannot be told from rounding"):
+        of_article(article(1e-4, 1e-4), torque)

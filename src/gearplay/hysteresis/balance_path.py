@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 
 ROUNDS = 60
 """Most changes between sticking and slipping at one torque."""
+RESOLVED = 1e-3
+"""Part of the torque that may be left over."""
 BEYOND = 1e-9
 """Part of a friction torque by which a reaction may exceed it, and of a rotation by which it may go back."""
 
@@ -58,7 +60,7 @@ class Train:
 
     def load(self, torque: float) -> float:
         """Move on to a torque [N m]; return the rotation [rad]. Raises `SimulationError` where no equilibrium is found."""
-        rising = np.sign(torque - self.torque)
+        rising = float(np.sign(torque - self.torque))
         if rising != np.sign(self.slips.get(self.out, rising)):  # all stick at a reversal
             self.slips = dict.fromkeys(self.friction, 0.0)
         before, self.torque = self.at.copy(), torque
@@ -91,12 +93,14 @@ class Train:
             if found is None or not np.isfinite(found).all():
                 return None
             forces[:] = found + push
-            return (natural * forces)[moving]
+            scaled: Floats = (natural * forces)[moving]
+            return scaled
 
         def stiffness() -> Floats:
             matrix = linear.stiffness(linear.matrix())[np.ix_(moving, moving)]
             scale = natural[moving]
-            return scale[:, None] * matrix * scale
+            scaled: Floats = scale[:, None] * matrix * scale
+            return scaled
 
         rubbing = max((natural[k] * mu for k, mu in self.friction.items()), default=0.0)
         acting = max(linear.acting(np.zeros(natural.size)), rubbing, 1e-30)
@@ -109,6 +113,10 @@ class Train:
                 "elastic holds every centre that is free"
             )
         force(found.at)
+        if moving[self.out] and not abs(forces[self.out]) <= RESOLVED * (abs(torque) + rubbing):
+            raise SimulationError(
+                f"{torque:.4g} N m on {self.held.at} cannot be told from rounding of the forces in the train. Raise the torque"
+            )
         return whole.copy(), forces.copy()
 
     def _changed(self, now: Floats, before: Floats, left: Floats) -> bool:

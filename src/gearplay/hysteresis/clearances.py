@@ -35,7 +35,7 @@ class Clearance(NamedTuple):
 
     name: str
     kind: int
-    index: int
+    place: int
     field: str
 
 
@@ -62,10 +62,10 @@ def parts_of(train: Train, rated: float) -> dict[str, float]:
     found = {}
     for each in clearances_of(train):
         values = train.linear.system.records[each.kind][each.field]
-        given = float(values[each.index])
-        values[each.index] = 0.0
+        given = float(values[each.place])
+        values[each.place] = 0.0
         found[each.name] = whole - lost_motion_of(train, rated)
-        values[each.index] = given
+        values[each.place] = given
     train.reset()
     return found
 

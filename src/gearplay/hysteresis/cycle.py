@@ -12,14 +12,18 @@ from gearplay.hysteresis.balance_path import Train
 
 Floats = NDArray[np.float64]
 
+ARCMIN = 180.0 * 60.0 / np.pi
+"""Minutes of arc per radian."""
 SMALL = 0.03
 """Torque of the lost motion, of the rated one."""
 LINEAR = 0.15
 """Torque from which on torsional stiffness is counted, of the rated one."""
 POINTS = 20
 """Points of each sign of the torque besides those that the numbers need."""
-FAINT, FINER, LIMITS = 1e-3, 8.0, 4
+FAINT, FINER, LIMITS = 1e-3, 4.0, 4
 """First torque of the limit at zero load, of the rated one, the ratio of the next ones, and their number."""
+NO_PLAY = 1e-13
+"""Width [rad] that is rounding."""
 COARSE = (SMALL, 0.1, 0.2, 0.4, 0.7, 1.0)
 
 
@@ -156,4 +160,5 @@ def half_width_of(train: Train, rated: float) -> float:
         ends.append(limit_at_zero(train, rated, sign))
     train.friction = friction
     train.reset()
-    return 0.5 * (ends[0] - ends[1])
+    width = ends[0] - ends[1]
+    return 0.5 * width if width > NO_PLAY else 0.0

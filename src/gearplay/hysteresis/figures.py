@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.hysteresis.cycle import SMALL
-from gearplay.hysteresis.result import ARCMIN
+from gearplay.hysteresis.cycle import ARCMIN, SMALL
 from gearplay.pictures.canvas import SMALL as FONT
 from gearplay.pictures.canvas import legend_mark, make_figure, set_legend, set_title
 from gearplay.pictures.style import CLEARANCE, COUPLED, TEST, UNCOUPLED

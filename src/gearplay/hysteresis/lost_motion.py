@@ -15,22 +15,19 @@ from gearplay.hysteresis.cycle import Numbers, numbers_of, torque_cycle
 from gearplay.hysteresis.held import Held, held
 from gearplay.hysteresis.result import LostMotion, dataset_of
 from gearplay.hysteresis.slow_run import slow_cycle
+from gearplay.hysteresis.torques import quantity_of, stages_of
 from gearplay.model.case import Case
 from gearplay.model.reading import Source, replace
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
-from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import Fault, InputError
-from gearplay.vocabulary.quantities import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 Floats = NDArray[np.float64]
 
-STAGES = (0.14, 0.48)
-"""Ends of the first two stages of the stiffness, of the rated torque, where none are given."""
 FEW = 2
 """Points of each sign of the torque besides those that the numbers need, where no curve is wanted."""
 
@@ -189,28 +186,6 @@ class _Study:
             rows.append(self._numbers(held(each, self.at, self.hold)))
             self.progress(what, k + 1, len(cases))
         return np.arange(float(len(cases))), rows
-
-
-def quantity_of(field: str, value: Any, quantity: Quantity) -> float:
-    """Return a positive number in SI that is given as a number or with a unit; `InputError` else."""
-    try:
-        number = parse_quantity(value, quantity)
-    except UnitError as error:
-        raise InputError(Fault(field, value, error.rule, error.cure)) from None
-    if number <= 0.0:
-        raise InputError(Fault(field, value, "must be greater than 0", "Correct the number and its unit"))
-    return number
-
-
-def stages_of(stages: Sequence[float | str] | None, rated: float) -> tuple[float, float]:
-    """Return the torques that end the first two stages [N m]."""
-    if stages is None:
-        return STAGES[0] * rated, STAGES[1] * rated
-    ends = [quantity_of(f"stages.{k}", each, q.TORQUE) for k, each in enumerate(stages)]
-    if len(ends) != 2 or not ends[0] < ends[1] < rated:
-        rule = f"must be two rising torques below the rated one, {rated:g} N m"
-        raise InputError(Fault("stages", list(stages), rule, "Give the ends of K1 and K2"))
-    return ends[0], ends[1]
 
 
 def _check_friction(whole: Held, first: float) -> None:

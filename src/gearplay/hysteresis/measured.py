@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,9 @@ from numpy.typing import NDArray
 from gearplay.hysteresis.cycle import LINEAR, POINTS, SMALL, Curve, Numbers, numbers_of
 from gearplay.hysteresis.result import FIELDS, STAGE_NAMES, WORDS, LostMotion, dataset_of, in_arcmin
 from gearplay.hysteresis.table_reading import Measured, read_curve
+from gearplay.hysteresis.torques import quantity_of, stages_of
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.quantities import TORQUE
 from gearplay.vocabulary.version import VERSION
 
 Floats = NDArray[np.float64]
@@ -47,7 +50,7 @@ class Branches:
         """Return the effective torque [N m], shape [sample]."""
         T = self.torque
         tau = np.empty_like(T)
-        last = float(T[0] - np.sign(T[0]) * friction) if abs(T[0]) > friction else 0.0
+        last: float = float(T[0] - np.sign(T[0]) * friction) if abs(T[0]) > friction else 0.0
         for start, stop, sense in self.runs:
             part = T[start:stop]
             tau[start:stop] = (
@@ -70,7 +73,7 @@ class Branches:
 
 def _noise(torque: Floats) -> float:
     """Return the standard deviation of white noise on a torque that else changes evenly, by its second differences."""
-    return float(np.median(np.abs(np.diff(torque, 2)))) / (0.6745 * np.sqrt(6.0))
+    return float(np.median(np.abs(np.diff(torque, 2))) / (0.6745 * np.sqrt(6.0)))
 
 
 def _runs(torque: Floats, least: float) -> list[tuple[int, int, int]]:
@@ -244,9 +247,6 @@ def measured_lost_motion(
     path: Any, columns: Sequence[str] | None, *, torque: Any, stages: Sequence[Any] | None
 ) -> LostMotion:
     """Return the numbers of a measured curve with intervals; see `lost_motion`."""
-    from gearplay.hysteresis.lost_motion import quantity_of, stages_of
-    from gearplay.vocabulary.quantities import TORQUE
-
     if not isinstance(path, (str, os.PathLike)):
         raise InputError(
             Fault("case", path, "must be the path of a CSV file with columns", "Leave columns out of a case")
@@ -276,12 +276,16 @@ def measured_lost_motion(
     return LostMotion(_with_intervals(fit, record, attributes))
 
 
+def _number(fit: Fit, field: str, values: Floats) -> Any:
+    return getattr(fit.numbers(values), field)
+
+
 def _with_intervals(fit: Fit, record: Measured, attributes: dict[str, Any]) -> Any:
     found = fit.numbers(fit.values)
     ds = dataset_of(fit.curve(fit.values), found, fit.ends, fit.rated, {}, {}, attributes)
     words = f"simultaneous {100.0 * CONFIDENCE:g} % interval"
     for name, field in FIELDS.items():
-        _, both = fit.interval(lambda values, field=field: getattr(fit.numbers(values), field))
+        _, both = fit.interval(partial(_number, fit, field))
         dims = ("stage", "bound") if name == "stiffness" else ("bound",)
         both = both if name == "stiffness" else both[0]
         unit, title = WORDS[name]

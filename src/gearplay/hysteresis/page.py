@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.hysteresis.result import ARCMIN, LostMotion
+from gearplay.hysteresis.cycle import ARCMIN
+from gearplay.hysteresis.result import LostMotion
 from gearplay.pictures.pages import render_page
 
 if TYPE_CHECKING:

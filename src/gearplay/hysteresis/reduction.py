@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from gearplay.hysteresis.balance_path import Train
 from gearplay.hysteresis.clearances import design_of, drawn_cases
-from gearplay.hysteresis.cycle import LINEAR, half_width_of
+from gearplay.hysteresis.cycle import ARCMIN, LINEAR, half_width_of
 from gearplay.hysteresis.held import Held, held
-from gearplay.hysteresis.lost_motion import quantity_of
-from gearplay.hysteresis.result import ARCMIN
 from gearplay.hysteresis.snippets import modelica_text, mujoco_text, urdf_text
+from gearplay.hysteresis.torques import quantity_of
 from gearplay.model.reading import Source
 from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.hysteresis.cycle import Curve, Numbers
+from gearplay.hysteresis.cycle import ARCMIN, Curve, Numbers
 from gearplay.results.base import OfDataset
 
 if TYPE_CHECKING:
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-ARCMIN = 180.0 * 60.0 / np.pi
-"""Minutes of arc per radian."""
 STAGE_NAMES = ("K1", "K2", "K3")
 WORDS = {
     "lost_motion": ("rad", "lost motion at 3 % of the rated torque"),
