@@ -51,7 +51,6 @@ class Train:
         self.at = np.zeros(self.origin.size)
         self.slips = dict.fromkeys(self.friction, 0.0)
         self.dissipated = 0.0
-        self.torque = 0.0
 
     @property
     def angle(self) -> float:
@@ -60,10 +59,7 @@ class Train:
 
     def load(self, torque: float) -> float:
         """Move on to a torque [N m]; return the rotation [rad]. Raises `SimulationError` where no equilibrium is found."""
-        rising = float(np.sign(torque - self.torque))
-        if rising != np.sign(self.slips.get(self.out, rising)):  # all stick at a reversal
-            self.slips = dict.fromkeys(self.friction, 0.0)
-        before, self.torque = self.at.copy(), torque
+        before = self.at.copy()
         for _ in range(ROUNDS):
             now, left = self._solve(torque, before)
             if not self._changed(now, before, left):
