@@ -28,6 +28,8 @@ RESULTS: Final = MappingProxyType(
         "branch": "nonlinear.orbits.results:OneBranch",
         "branches": "nonlinear.orbits.results:Branches",
         "modes": "linear.modes:Modes",
+        "lost motion": "hysteresis.result:LostMotion",
+        "reduction": "hysteresis.reduction:Reduction",
         "load sharing": "planets.sharing:LoadSharing",
         "campbell": "linear.campbell:Campbell",
         "frequency response": "linear.response:FrequencyResponse",

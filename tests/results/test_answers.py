@@ -54,6 +54,8 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "motion": lambda: gp.motion(pair(), periods=120, settle=50, ensemble=4),
     "basins": lambda: gp.basins(pair(), ("wheel.theta", -1e-4, 1e-4, 2), ("wheel.omega", -0.1, 0.1, 3), settle=20),
     "orbit": lambda: gp.periodic_orbit(pair(), settle=300),
+    "lost motion": lambda: gp.lost_motion("external-pair", at="output", hold="input", torque=5.0, positions=3, members=4),
+    "reduction": lambda: gp.reduce("external-pair", at="output", hold="input", torque=5.0, members=4),
     "branch": lambda: gp.branch(pair(), FORCE, "4 um", "9 um", settle=300, orbits=4),
     "branches": lambda: gp.branches(pair(), FORCE, "4.5 um", "5.5 um", doublings=0, orbits=6),
 }  # fmt: skip

@@ -35,6 +35,7 @@ COMMANDS: Final = (
     "resume",
     "modes",
     "load_sharing",
+    "lost_motion",
     "motion",
     "portrait",
     "bifurcation",

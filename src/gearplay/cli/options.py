@@ -26,6 +26,10 @@ Period = Annotated[str, typer.Option("--period", help="common, mesh, shaft, or a
 OPTIONS: Final = {
     **{name: f"--{name}" for name in ("at", "doublings", "keep", "member", "orbits", "order", "period")},
     **{name: f"--{name}" for name in ("periods", "settle", "show", "signal", "window")},
+    **{
+        name: f"--{name}" for name in ("hold", "positions", "stages", "temperatures", "tolerances", "columns")
+    },
+    "torque": "--rated-torque",
     "change": "--set",
     "ensemble": "--members",
 }

@@ -1,0 +1,131 @@
+"""Clearances of a case: their places in the packed system, their share in the lost motion, their drawn tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from gearplay.hysteresis.balance_path import Train
+from gearplay.hysteresis.cycle import lost_motion_of
+from gearplay.model.case import Case
+from gearplay.model.plan_values import value_at
+from gearplay.model.reading import replace
+from gearplay.model.wording import translate
+from gearplay.parts.mesh.schema import PlanetMesh
+from gearplay.parts.registry import COUPLING, MESH, SLEEVE
+from gearplay.sweeps.cases.draws import check_draws, draw, sample_size
+from gearplay.sweeps.plans.design import Design, Random
+from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+
+Floats = NDArray[np.float64]
+
+SPREAD = 0.2
+"""Part of each clearance by which it is drawn, either way, where no tolerances are given."""
+MOST = 10_000
+"""Most members or positions."""
+
+
+class Clearance(NamedTuple):
+    """One clearance: its name, and its field in the records of the packed system."""
+
+    name: str
+    kind: int
+    place: int
+    field: str
+
+
+def clearances_of(train: Train) -> list[Clearance]:
+    """Return the clearances of a train that are not 0: backlash of meshes, radial clearance of sleeves, play of couplings."""
+    found, labels = [], train.linear.smooth.packed.labels
+    for kind, table, field in (
+        (MESH, "mesh", "backlash"),
+        (SLEEVE, "sleeve", "clearance"),
+        (COUPLING, "coupling", "half_play"),
+    ):
+        for index, value in enumerate(train.linear.system.records[kind][field].tolist()):
+            if value > 0.0:
+                found.append(Clearance(f"{table} {labels[table][index]}", kind, index, field))
+    return found
+
+
+def parts_of(train: Train, rated: float) -> dict[str, float]:
+    """Return by how much the lost motion [rad] shrinks with each clearance set to 0 in turn, the others as they are.
+
+    Parts of clearances in series add up; of those in parallel, as of several planets, each alone may matter little.
+    """
+    whole = lost_motion_of(train, rated)
+    found = {}
+    for each in clearances_of(train):
+        values = train.linear.system.records[each.kind][each.field]
+        given = float(values[each.place])
+        values[each.place] = 0.0
+        found[each.name] = whole - lost_motion_of(train, rated)
+        values[each.place] = given
+    train.reset()
+    return found
+
+
+def check_count(field: str, count: int | None) -> None:
+    """Raise `ResourceError` for more than `MOST` systems."""
+    if count is not None and count > MOST:
+        raise ResourceError(f"{field}: {count}, {count / MOST:.3g} times the limit of {MOST}. Give fewer.")
+
+
+def design_of(tolerances: Any, case: Case, members: int | None) -> Design | None:
+    """Return the drawn parameters: of a sweep plan, of a table ``[design]``, or each clearance of the case within `SPREAD`.
+
+    None where neither tolerances nor members are given, or the case has no clearance. Raises `InputError` for a plan without
+    drawn parameters.
+    """
+    check_count("members", members)
+    if tolerances is None:
+        parameters = _clearance_draws(case)
+        if members is None or members == 1 or not parameters:
+            return None
+        return Design(count=members, parameters=parameters)
+    if isinstance(tolerances, Mapping) and "parameters" in tolerances:
+        table = {"count": members or 64, **tolerances}
+        try:
+            design = Design.model_validate(table)
+        except ValidationError as error:
+            raise InputError(translate(error, table, Design)) from None
+    else:
+        plan = load_sweep(tolerances)
+        if plan.design is None:
+            rule = "must be a plan with drawn parameters"
+            raise InputError(Fault("tolerances", plan.title, rule, "Add a [design] with what scatters"))
+        design = plan.design
+    check_count("members", sample_size(design) if members is None else members)
+    return design if members is None else design.model_copy(update={"count": members})
+
+
+def _clearance_draws(case: Case) -> tuple[Random, ...]:
+    sets = tuple(f"{name}." for name in case.planetary)
+    paths = [f"meshes.{j}.backlash" for j, mesh in enumerate(case.meshes) if not isinstance(mesh, PlanetMesh)]
+    paths += [f"sleeves.{name}.radial_clearance" for name in case.sleeves if not name.startswith(sets)]
+    paths += [f"couplings.{j}.play" for j in range(len(case.couplings))]
+    for name, table in case.planetary.items():
+        paths.append(f"planetary.{name}.backlash")
+        if table.pin is not None:
+            paths.append(f"planetary.{name}.pin.radial_clearance")
+    return tuple(
+        Random(name=f"clearance_{k}", path=path, mode="scale", low=1.0 - SPREAD, high=1.0 + SPREAD)
+        for k, path in enumerate(path for path in paths if value_at(case, path))
+    )
+
+
+def drawn_cases(design: Design, base: Case) -> list[Case]:
+    """Return the case of each draw; `InputError` where it does not take the values."""
+    sample = draw(design, base)
+    check_draws(design, sample, base)
+    fields = [
+        (path, at, float(value_at(base, path)) if p.mode == "scale" else 1.0)
+        for at, p in enumerate(design.parameters)
+        for path in (p.path, *p.also)
+    ]
+    return [replace(base, {path: scale * float(row[at]) for path, at, scale in fields}) for row in sample]
