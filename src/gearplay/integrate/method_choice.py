@@ -79,7 +79,8 @@ def order_of(run: Run) -> float:
 def choose_method(run: Run, part: float, longest: float, longer: float) -> int:
     """Return the method of the steps after one of ``part`` [s], by the length that three stages could have.
 
-    That is ``longer`` [s] where they are in use. Five cost 1.2 to 1.8 times as much. Where their equations are not solved, three are taken for a while.
+    That is ``longer`` [s] where they are in use. Five cost 1.2 to 1.8 times as much. Where their equations are not solved, three
+    are taken for a while.
     """
     numbers, sizes = run.implicit.numbers, run.implicit.sizes
     if numbers[METHOD] == LOW:
