@@ -28,6 +28,7 @@ RESULTS: Final = MappingProxyType(
         "branch": "nonlinear.orbits.results:OneBranch",
         "branches": "nonlinear.orbits.results:Branches",
         "modes": "linear.modes:Modes",
+        "teeth": "gear_pairs.teeth:Teeth",
         "load sharing": "planets.sharing:LoadSharing",
         "campbell": "linear.campbell:Campbell",
         "frequency response": "linear.response:FrequencyResponse",

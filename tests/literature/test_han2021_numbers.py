@@ -31,7 +31,9 @@ def test_hertz_stiffness_of_a_steel_journal() -> None:
     assert K / soft == pytest.approx(1.5, rel=1e-12)
 
 
-def iso(internal: bool, ratio: float, width: float = 0.006, modulus: float = 206e9, alpha: float = 20.0) -> float:
+def iso(
+    internal: bool, ratio: float, width: float = 0.006, modulus: float = 206e9, alpha: float = 20.0
+) -> float:
     pair = standard(20, 60, internal, 4e-3, alpha)
     return iso6336_mesh_stiffness(pair.first, pair.second, ratio, width, modulus)
 

@@ -127,9 +127,7 @@ def test_tips__thickness_of_teeth_and_of_spaces() -> None:
                 2.0 * radius * (0.5 * math.pi / z + inv(alpha) - inv(at))
             )  # an external tooth at the ring's tip
             ring = drawn(1.0, z, alpha=math.degrees(alpha), internal=True)
-            assert ring.tip_thickness + space == pytest.approx(
-                2.0 * math.pi * radius / z, rel=1e-12
-            )
+            assert ring.tip_thickness + space == pytest.approx(2.0 * math.pi * radius / z, rel=1e-12)
 
 
 @pytest.mark.parametrize(

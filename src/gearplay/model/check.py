@@ -22,7 +22,7 @@ from gearplay.model.reading import Source, load_case
 from gearplay.parts.drive.terms import largest_torque
 from gearplay.parts.rotor.schema import Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
 from gearplay.schema.finding import Finding
-from gearplay.toothing.geometry import inv
+from gearplay.toothing.gear import inv
 
 GYRATION: Final = (0.3, 1.5)
 """Usual radii of gyration of gears, in pitch radii: 0.71 is a solid disc, about 1.1 a thin ring gear."""
@@ -193,7 +193,11 @@ def _center_distance(case: Case, index: int) -> Iterator[Finding]:
     if abs(actual - nominal) <= MISFIT * nominal:
         return
     what, shift = "nominal", ""
-    if case.meshes[index].center_distance is not None or pair.first.profile_shift or pair.second.profile_shift:
+    if (
+        case.meshes[index].center_distance is not None
+        or pair.first.profile_shift
+        or pair.second.profile_shift
+    ):
         what = "working"
     elif abs(actual - nominal) > 0.05 * pair.first.module and actual > pair.least_distance:
         rise = inv(pair.at(actual).working_angle) - inv(pair.first.transverse_angle)

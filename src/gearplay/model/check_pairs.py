@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from gearplay.model import geometry
+from gearplay.model.allowance_range import backlash_range
 from gearplay.model.mesh_frequencies import mesh_frequencies, rolling_frame
 from gearplay.schema.finding import Finding
 
@@ -24,7 +25,12 @@ def pair_findings(case: Case) -> Iterator[Finding]:
         frame = rolling_frame(case, j)
         numbers = [
             f"{each:.9g}"
-            for each in (row["contact_ratio"] or 0.0, row["backlash"] or 0.0, *row["shafts"].values(), row["mesh_frequency"])
+            for each in (
+                row["contact_ratio"] or 0.0,
+                row["backlash"] or 0.0,
+                *row["shafts"].values(),
+                row["mesh_frequency"],
+            )
         ]
         teeth = [geometry.teeth_of(case, name) for name in (case.meshes[j].driver, case.meshes[j].driven)]
         alike.setdefault((*numbers, *teeth, frame), []).append(j)
@@ -51,6 +57,7 @@ def pair_table(case: Case) -> list[dict[str, Any]]:
                 "contact_ratio": _finite(pair.contact_ratio),
                 "overlap_ratio": pair.overlap_ratio,
                 "backlash": _finite(backlash),
+                "backlash_range": backlash_range(case, j),
                 "mesh_frequency": found.mesh,
                 "shafts": found.shafts,
                 "rotations": found.rotations,
@@ -98,9 +105,10 @@ def _ratio(case: Case, j: int) -> str:
     if cuts:
         said += f" (uncut {pair.path.uncut / pair.first.base_pitch:.4g}: {' and '.join(cuts)})"
     if abs(pair.working_angle - case.meshes[j].pressure_angle) > SAME_ANGLE:
-        said += (
-            f", working pressure angle {math.degrees(pair.working_angle):.4f} deg at {1e3 * pair.distance:.6g} mm"
-        )
+        said += f", working pressure angle {math.degrees(pair.working_angle):.4f} deg at {1e3 * pair.distance:.6g} mm"
+    if (limits := backlash_range(case, j)) is not None:
+        middle = geometry.installed_backlash(case, j) * math.cos(pair.first.base_helix)
+        said += f", normal backlash {1e6 * middle:.4g} um, by its allowances {1e6 * limits[0]:.4g} to {1e6 * limits[1]:.4g} um"
     if pair.first.helix_angle:
         width = f", overlap ratio {pair.overlap_ratio:.4g}" if pair.facewidth else ""
         said += f"{width}, helical: its axial force and tilting moment are not modelled"

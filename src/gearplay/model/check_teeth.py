@@ -12,7 +12,8 @@ from gearplay.model import geometry
 from gearplay.model.massless import field_path
 from gearplay.parts.rotor.schema import place_words
 from gearplay.schema.finding import Finding
-from gearplay.toothing.geometry import DrawnGear, GearPair
+from gearplay.toothing.gear import DrawnGear
+from gearplay.toothing.pair import GearPair
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -53,7 +54,9 @@ def _cut(path: str, gear: DrawnGear) -> Iterator[Finding]:
     if gear.internal:
         if gear.tip >= gear.base_radius:
             return
-        least = math.ceil(2.0 * (gear.addendum - gear.profile_shift) * math.cos(gear.helix_angle) / (1.0 - math.cos(alpha)))
+        least = math.ceil(
+            2.0 * (gear.addendum - gear.profile_shift) * math.cos(gear.helix_angle) / (1.0 - math.cos(alpha))
+        )
         clean = (
             f"from {least} teeth on they do not. Take more teeth"
             if gear.tip_diameter is None
@@ -62,11 +65,13 @@ def _cut(path: str, gear: DrawnGear) -> Iterator[Finding]:
         yield Finding(
             "warning",
             path,
-            f"the tips of {z} internal teeth of {degrees:.4g} deg{_shifted(gear)} lie inside their base circle, where there is no "
-            f"involute; {clean}, or read forces near the tips with care.",
+            f"the tips of {z} internal teeth of {degrees:.4g} deg{_shifted(gear)} lie inside their base circle, where there is "
+            f"no involute; {clean}, or read forces near the tips with care.",
         )
         return
-    least_teeth = 2.0 * math.cos(gear.helix_angle) * (gear.straight_flank - gear.profile_shift) / math.sin(alpha) ** 2
+    least_teeth = (
+        2.0 * math.cos(gear.helix_angle) * (gear.straight_flank - gear.profile_shift) / math.sin(alpha) ** 2
+    )
     if z < least_teeth - TOLERATED:
         yield Finding(
             "warning",
@@ -90,8 +95,8 @@ def _pointed(path: str, gear: DrawnGear) -> Iterator[Finding]:
     yield Finding(
         "warning",
         path,
-        f"{gear.teeth} {kind} of {math.degrees(gear.pressure_angle):.4g} deg{_shifted(gear)} are pointed: their flanks meet before "
-        f"the tip circle, so that the true contact ratio is lower. Take a smaller pressure angle{more}"
+        f"{gear.teeth} {kind} of {math.degrees(gear.pressure_angle):.4g} deg{_shifted(gear)} are pointed: their flanks meet "
+        f"before the tip circle, so that the true contact ratio is lower. Take a smaller pressure angle{more}"
         f"{', less profile shift or a lower addendum' if gear.profile_shift else ''}.",
     )
 

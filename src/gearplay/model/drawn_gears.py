@@ -10,7 +10,8 @@ from gearplay.model import geometry
 from gearplay.model.massless import field_path
 from gearplay.parts.mesh.stiffness import TeethStiffness
 from gearplay.toothing.allowances import distance_allowance
-from gearplay.toothing.geometry import DrawnGear, GearPair, full_tip_radius
+from gearplay.toothing.gear import DrawnGear, full_tip_radius
+from gearplay.toothing.pair import GearPair
 from gearplay.vocabulary.errors import NO_VALUE, Fault
 
 if TYPE_CHECKING:
@@ -37,7 +38,9 @@ def drawn_faults(case: Case) -> list[Fault]:
 def _gear_path(case: Case, name: str, field: str) -> str:
     rotor = geometry.rotor_of(case, name)
     full = geometry.full_name(case, name)
-    return field_path(case, rotor, *(["gears", full.removeprefix(f"{rotor}.")] if full != rotor else []), field)
+    return field_path(
+        case, rotor, *(["gears", full.removeprefix(f"{rotor}.")] if full != rotor else []), field
+    )
 
 
 def _mesh_faults(case: Case, j: int) -> Iterator[Fault]:
@@ -132,7 +135,9 @@ def _stiffness_faults(case: Case, j: int, given: dict[str, Toothing]) -> Iterato
         if gear.bore is None and not internal:
             rule = "is required by potential-energy, for the stiffness of the body under the teeth"
             yield Fault(_gear_path(case, name, "bore"), NO_VALUE, rule, 'Give it, or take method = "iso6336"')
-        drawn = gear.drawing(mesh.module, mesh.pressure_angle, geometry.teeth_of(case, name), internal=internal)
+        drawn = gear.drawing(
+            mesh.module, mesh.pressure_angle, geometry.teeth_of(case, name), internal=internal
+        )
         if not internal and drawn.undercut > 0.0:
             rule = f"must be iso6336 for undercut teeth, as those of {name} are"
             cure = f'Take method = "iso6336", or a profile_shift of {drawn.profile_shift + drawn.undercut:.3g} or more'

@@ -139,7 +139,10 @@ def _expanded_mesh(case: "Case", j: int, factors: _Factors) -> object:
     factor = (r_a * f_a + r_b * f_b) / (r_a + r_b)
     pair = geometry.pair_of(case, j)
     normal = math.cos(pair.first.base_helix) if pair.first.helix_angle else 1.0
-    update = {"module": factor * mesh.module, "backlash": factor * geometry.working_backlash(case, j) * normal}
+    update = {
+        "module": factor * mesh.module,
+        "backlash": factor * geometry.working_backlash(case, j) * normal,
+    }
     if mesh.center_distance is not None or pair.first.profile_shift or pair.second.profile_shift:
         update |= {"center_distance": factor * pair.distance, "center_distance_allowance": None}
     return mesh.model_copy(update=update)

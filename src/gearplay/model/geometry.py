@@ -8,7 +8,8 @@ from gearplay.parts.mesh.involute import involute, involute_from_distance
 from gearplay.parts.rotor.allowance import allowance_middle
 from gearplay.parts.rotor.gear import split_name
 from gearplay.parts.rotor.schema import POSITION_TOLERANCE, place_words
-from gearplay.toothing.geometry import DrawnGear, GearPair
+from gearplay.toothing.gear import DrawnGear
+from gearplay.toothing.pair import GearPair
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from gearplay.model.geometry import gears_of, pair_of
 from gearplay.model.teeth_stiffness import stiffness_table
 from gearplay.parts.mesh.tooth_stiffness import STIFFNESS_FOURIER, STIFFNESS_SPLINE, STIFFNESS_SQUARE
 from gearplay.schema.records import extremes
-from gearplay.toothing.geometry import DrawnGear
+from gearplay.toothing.gear import DrawnGear
 from gearplay.toothing.iso6336 import STEEL, mean_factor, single_stiffness
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -36,6 +36,19 @@ class PackedStiffness(NamedTuple):
         if self.kind == STIFFNESS_SQUARE:
             return self.duty * self.mean + (1.0 - self.duty) * self.single
         return self.mean
+
+    def at(self, psi: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return K [N/m] at mesh phases [rad]."""
+        if self.kind == STIFFNESS_FOURIER:
+            order, amplitude, phase = self.rows.T
+            return self.mean + np.cos(np.multiply.outer(psi, order) + phase) @ amplitude
+        turned = (psi + self.phase) % (2.0 * np.pi)
+        if self.kind == STIFFNESS_SQUARE:
+            return np.where(turned < 2.0 * np.pi * self.duty, self.mean, self.single)
+        piece = np.searchsorted(self.rows[:, 0], turned, side="right") - 1
+        x = (turned - self.rows[piece, 0]) % (2.0 * np.pi)
+        c = self.rows[piece, 1:]
+        return np.asarray(c[:, 0] + x * (c[:, 1] + x * (c[:, 2] + x * c[:, 3])))
 
     @property
     def highest(self) -> float:

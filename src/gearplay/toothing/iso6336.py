@@ -6,7 +6,7 @@ In N/(mm um) of facewidth, as the standard has it, of steel with a modulus of 20
 import math
 from typing import Final
 
-from gearplay.toothing.geometry import DrawnGear
+from gearplay.toothing.gear import DrawnGear
 
 STEEL: Final = 206e9
 """Young's modulus [Pa] for which the standard gives its constants."""
@@ -16,8 +16,8 @@ CORRECTION: Final = 0.8
 """C_M, measured over theoretical stiffness of solid discs."""
 
 
-def theoretical_stiffness(pinion: DrawnGear, wheel: DrawnGear) -> float:
-    """Return c'_th = 1/q' [N/(mm um)] of a pair of teeth: a ring counts as a rack without shift.
+def flexibility(pinion: DrawnGear, wheel: DrawnGear) -> float:
+    """Return q' [mm um/N] of a pair of teeth: a ring counts as a rack without shift.
 
     q' = 0.04723 + 0.15551/z_n1 + 0.25791/z_n2 - 0.00635 x_1 - 0.11654 x_1/z_n1 - 0.00193 x_2 - 0.24188 x_2/z_n2
     + 0.00529 x_1^2 + 0.00182 x_2^2.
@@ -32,7 +32,12 @@ def theoretical_stiffness(pinion: DrawnGear, wheel: DrawnGear) -> float:
     x, y = pinion.profile_shift, 0.0 if wheel.internal else wheel.profile_shift
     q = 0.04723 + 0.15551 / one + 0.25791 / other
     q += -0.00635 * x - 0.11654 * x / one - 0.00193 * y - 0.24188 * y / other
-    return 1.0 / (q + 0.00529 * x * x + 0.00182 * y * y)
+    return q + 0.00529 * x * x + 0.00182 * y * y
+
+
+def theoretical_stiffness(pinion: DrawnGear, wheel: DrawnGear) -> float:
+    """Return c'_th = 1/q' [N/(mm um)] of a pair of teeth."""
+    return 1.0 / flexibility(pinion, wheel)
 
 
 def single_stiffness(pinion: DrawnGear, wheel: DrawnGear) -> float:
@@ -42,7 +47,7 @@ def single_stiffness(pinion: DrawnGear, wheel: DrawnGear) -> float:
     """
     depth = 0.5 * (pinion.dedendum + wheel.dedendum)
     rack = (1.0 + 0.5 * (1.2 - depth)) * (1.0 - 0.02 * (20.0 - math.degrees(pinion.pressure_angle)))
-    return CORRECTION * rack * math.cos(pinion.helix_angle) * theoretical_stiffness(pinion, wheel)
+    return CORRECTION * rack * math.cos(pinion.helix_angle) / flexibility(pinion, wheel)
 
 
 def light_load_factor(line_load: float) -> float:

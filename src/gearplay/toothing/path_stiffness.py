@@ -1,7 +1,7 @@
 """Mesh stiffness K over the path of contact: the sum over the pairs of teeth that are in contact, and its periodic table.
 
-ISO 6336-1 gives the largest stiffness c' of a pair of teeth and the mean c_gamma of their sum. One parabola over the path has both:
-k = c' b (1 - kappa u^2), kappa = 0.75 (1 - 1/eps_alpha), u = -1 .. 1 from A to E. Along the oblique lines of contact of helical
+ISO 6336-1 gives the largest stiffness c' of a pair of teeth and the mean c_gamma of their sum. One parabola over the path
+has both: k = c' b (1 - kappa u^2), kappa = 0.75 (1 - 1/eps_alpha), u = -1 .. 1 from A to E. Along the oblique lines of contact of helical
 gears it is integrated over the facewidth in closed form, cubic in both ends; the mean stays c_gamma.
 """
 
@@ -14,8 +14,9 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.toothing.geometry import DrawnGear, GearPair
+from gearplay.toothing.gear import DrawnGear
 from gearplay.toothing.iso6336 import STEEL, light_load_factor, parabola, single_stiffness
+from gearplay.toothing.pair import GearPair
 from gearplay.toothing.potential_energy import pair_stiffness
 
 Floats = NDArray[np.float64]
@@ -82,13 +83,20 @@ class PathStiffness:
         """Return the stiffness [N/m] of one pair of teeth at places [m] of the middle of the facewidth, 0 out of contact."""
         low, high = self.reach
         inside = (places >= low) & (places <= high)
-        return np.where(inside, self._curve(np.clip(places, low, high)), 0.0)
+        return np.where(inside, self.held(places), 0.0)
+
+    def held(self, places: Floats) -> Floats:
+        """Return the stiffness [N/m] of one pair of teeth at places [m], beyond the path that at its ends."""
+        return self._curve(np.clip(places, *self.reach))
 
     def _curve(self, places: Floats) -> Floats:
         path = self.pair.path
         if self.method == "potential-energy":
             return np.array(
-                [_energy(self.pair, float(place), self.modulus, self.poisson) for place in np.atleast_1d(places)]
+                [
+                    _energy(self.pair, float(place), self.modulus, self.poisson)
+                    for place in np.atleast_1d(places)
+                ]
             ).reshape(np.shape(places))
         kappa = parabola(self.pair.contact_ratio)
         middle, half = 0.5 * (path.start + path.end), 0.5 * path.length
@@ -99,7 +107,10 @@ class PathStiffness:
         def integral(place: Floats) -> Floats:
             return place - kappa * (place - middle) ** 3 / (3.0 * half * half)
 
-        ends = integral(np.minimum(places + shift, path.end)), integral(np.maximum(places - shift, path.start))
+        ends = (
+            integral(np.minimum(places + shift, path.end)),
+            integral(np.maximum(places - shift, path.start)),
+        )
         return self.peak / self.pair.overlap * (ends[0] - ends[1])
 
     def _ramped(self, places: Floats) -> Floats:
@@ -109,7 +120,7 @@ class PathStiffness:
         low, high = self.reach
         width = RAMP * self.pair.first.base_pitch
         into = _step((places - low) / width + 0.5) * _step((high - places) / width + 0.5)
-        return np.where(into > 0.0, into * self._curve(np.clip(places, low, high)), 0.0)
+        return np.where(into > 0.0, into * self.held(places), 0.0)
 
     def total(self, phases: Floats) -> Floats:
         """Return K [N/m] at phases in base pitches from where a pair passes the pitch point."""
@@ -143,7 +154,9 @@ class PathStiffness:
         if self.method == "potential-energy":
             starts = sorted([*starts, *(np.arange(NODES) / NODES).tolist()])
         kept = [starts[0]]
-        kept += [start for start in starts[1:] if start - kept[-1] > CLOSEST and start - kept[0] < 1.0 - CLOSEST]
+        kept += [
+            start for start in starts[1:] if start - kept[-1] > CLOSEST and start - kept[0] < 1.0 - CLOSEST
+        ]
         left = np.array(kept)
         widths = np.diff(np.append(left, left[0] + 1.0))
         at = left[:, None] + widths[:, None] * np.array([0.0, 1.0, 2.0, 3.0]) / 3.0

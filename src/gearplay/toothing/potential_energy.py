@@ -20,7 +20,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.toothing.geometry import DrawnGear, GearPair
+from gearplay.toothing.gear import DrawnGear
+from gearplay.toothing.pair import GearPair
 
 Floats = NDArray[np.float64]
 NODES: Final = 48
@@ -66,9 +67,7 @@ def fillet(gear: DrawnGear, gamma: Floats) -> tuple[Floats, Floats]:
     """
     module, alpha, radius = gear.module, gear.pressure_angle, gear.rack_tip_radius
     depth = (gear.dedendum - gear.profile_shift - radius) * module
-    offset = (
-        0.25 * math.pi + (gear.dedendum - radius) * math.tan(alpha) + radius / math.cos(alpha)
-    ) * module
+    offset = (0.25 * math.pi + (gear.dedendum - radius) * math.tan(alpha) + radius / math.cos(alpha)) * module
     turned = (depth / np.tan(gamma) + offset) / gear.reference_radius
     reach = depth / np.sin(gamma) + radius * module
     x = gear.reference_radius * np.sin(turned) - reach * np.cos(gamma - turned)
@@ -77,7 +76,7 @@ def fillet(gear: DrawnGear, gamma: Floats) -> tuple[Floats, Floats]:
 
 
 def involute_flank(gear: DrawnGear, tangents: Floats) -> tuple[Floats, Floats]:
-    """Return the involute flank [m] by the tangent of its pressure angle, the tooth's middle along +y; of a ring its tooth too."""
+    """Return the involute flank [m] by the tangent of its pressure angle, the middle of the tooth along +y."""
     radius = gear.base_radius * np.sqrt(1.0 + tangents * tangents)
     half = gear.half_angle - (tangents - np.arctan(tangents))
     if gear.internal:

@@ -66,7 +66,7 @@ CenterDistance = Annotated[
     float,
     Measure(
         q.LENGTH,
-        "working centre distance; from the positions of gears with profile shift, else without backlash by the shifts, if not given",
+        "working centre distance; if not given, from positions of gears with profile shift, else without backlash by the shifts",
         gt=0.0,
         le=100.0,
     ),

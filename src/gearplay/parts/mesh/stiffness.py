@@ -132,8 +132,8 @@ class TeethStiffness(Part):
     """Stiffness over the actual path of contact, from the drawing of the teeth; both gears need a facewidth.
 
     `method = "iso6336"`: single stiffness of ISO 6336-1 method B with its factor of light loads and a parabola over the path
-    whose mean is ISO's c_gamma. `method = "potential-energy"`: bending, shear and compression of the tooth that the rack cuts, its
-    foundation, Hertzian contact; of spur gears.
+    whose mean is ISO's c_gamma. `method = "potential-energy"`: bending, shear and compression of the tooth that the rack cuts,
+    its foundation, Hertzian contact; of spur gears.
     """
 
     kind: Literal["teeth"] = "teeth"

@@ -25,7 +25,8 @@ from gearplay.parts.rotor.schema import POSITION_TOLERANCE, Coordinate, Rotor, S
 from gearplay.parts.sleeve.schema import Sleeve
 from gearplay.parts.support.schema import Support
 from gearplay.schema.fields import Listed, Measure, Part, Problem, is_absent, refuse
-from gearplay.toothing.geometry import DrawnGear, GearPair
+from gearplay.toothing.gear import DrawnGear
+from gearplay.toothing.pair import GearPair
 from gearplay.vocabulary import quantities as q
 
 FIT: Final = 1e-6
@@ -102,7 +103,9 @@ class Planetary(Part):
     def _is_drawn(self) -> bool:
         """Whether the centre distance need not be that of the reference circles."""
         parts = (self.sun, self.planets, self.ring)
-        return self.center_distance is not None or any(each.profile_shift or each.helix_angle for each in parts)
+        return self.center_distance is not None or any(
+            each.profile_shift or each.helix_angle for each in parts
+        )
 
     def _gear(self, part: Toothing, *, internal: bool = False) -> DrawnGear:
         return part.drawing(self.module, self.pressure_angle, part.teeth, internal=internal)
@@ -201,9 +204,7 @@ class Planetary(Part):
             later - earlier
             for earlier, later in zip(places, [*places[1:], places[0] + 2.0 * math.pi], strict=True)
         ]
-        apart = (
-            2.0 * self.distance * math.sin(0.5 * min(min(gaps), math.pi)) if count > 1 else math.inf
-        )
+        apart = 2.0 * self.distance * math.sin(0.5 * min(min(gaps), math.pi)) if count > 1 else math.inf
         if apart <= tips:
             rule = (
                 f"must leave neighbours apart: their centres are {1e3 * apart:.4g} mm apart, their tip diameter is "
@@ -214,7 +215,11 @@ class Planetary(Part):
 
     def _distance_problem(self) -> Problem | None:
         """Return what is wrong with the distance of drawn gears: teeth that do not reach each other or strike."""
-        sun, planet, ring = self._gear(self.sun), self._gear(self.planets), self._gear(self.ring, internal=True)
+        sun, planet, ring = (
+            self._gear(self.sun),
+            self._gear(self.planets),
+            self._gear(self.ring, internal=True),
+        )
         at = ("center_distance",)
         for one, pair in (
             ("sun", GearPair(sun, planet, self.distance)),

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from gearplay.parts.rotor.allowance import ThicknessAllowance
 from gearplay.schema.fields import NAME, Measure, Part, Problem, is_absent, refuse
 from gearplay.toothing.allowances import thickness_allowances
-from gearplay.toothing.geometry import ADDENDUM, DEDENDUM, TIP_RADIUS, DrawnGear
+from gearplay.toothing.gear import ADDENDUM, DEDENDUM, TIP_RADIUS, DrawnGear
 from gearplay.vocabulary import quantities as q
 
 GearName = Annotated[
@@ -30,7 +30,6 @@ class Runout(Part):
         float, Measure(q.LENGTH, "eccentricity (half the indicator reading)", ge=0.0, le=0.1)
     ] = 0.0
     phase: Annotated[float, Measure(q.ANGLE, "direction of the eccentricity at theta = 0")] = 0.0
-
 
 
 class Toothing(Part):
@@ -87,13 +86,16 @@ class Toothing(Part):
     allowance: (
         Annotated[
             ThicknessAllowance,
-            Field(description="of the normal tooth thickness: a class of DIN 3967, as c25, or upper and lower"),
+            Field(
+                description="of the normal tooth thickness: a class of DIN 3967, as c25, or upper and lower"
+            ),
         ]
         | None
     ) = Field(default=None, exclude_if=is_absent)
     thickness: (
         Annotated[
-            float, Measure(q.LENGTH, "normal tooth thickness at the reference circle, instead of allowance", gt=0.0)
+            float,
+            Measure(q.LENGTH, "normal tooth thickness at the reference circle, instead of allowance", gt=0.0),
         ]
         | None
     ) = Field(default=None, exclude_if=is_absent)
@@ -112,18 +114,15 @@ class Toothing(Part):
     @property
     def drawn(self) -> list[str]:
         """Fields of the drawing that differ from their defaults."""
-        return [
-            name
-            for name, info in Toothing.model_fields.items()
-            if getattr(self, name) != info.default
-        ]
-
+        return [name for name, info in Toothing.model_fields.items() if getattr(self, name) != info.default]
 
     def toothing(self) -> dict[str, Any]:
         """Return the fields of the drawing by name."""
         return {name: getattr(self, name) for name in Toothing.model_fields}
 
-    def thickness_change(self, module: float, pressure_angle: float, teeth: int, sign: float) -> tuple[float, float]:
+    def thickness_change(
+        self, module: float, pressure_angle: float, teeth: int, sign: float
+    ) -> tuple[float, float]:
         """Return upper and lower change of the normal tooth thickness [m] from that of the shift; ``sign`` -1 of a ring.
 
         Of a class beyond the table of DIN 3967 NaN.
