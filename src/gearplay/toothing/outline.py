@@ -37,7 +37,7 @@ def half_tooth(gear: DrawnGear) -> tuple[Floats, Floats]:
 
 
 def teeth_at(gear: DrawnGear, middle: float, count: int) -> Floats:
-    """Return the outline of ``2 count + 1`` teeth or spaces of a ring, about a middle one at ``middle`` [rad], shape [point, 2]."""
+    """Return the outline of ``2 count + 1`` teeth or spaces of a ring, one at ``middle`` [rad], shape [point, 2]."""
     radii, half = half_tooth(gear)
     angles, places = [], []
     for k in range(-count, count + 1):

@@ -1,8 +1,8 @@
 """Mesh stiffness K over the path of contact: the sum over the pairs of teeth that are in contact, and its periodic table.
 
 ISO 6336-1 gives the largest stiffness c' of a pair of teeth and the mean c_gamma of their sum. One parabola over the path
-has both: k = c' b (1 - kappa u^2), kappa = 0.75 (1 - 1/eps_alpha), u = -1 .. 1 from A to E. Along the oblique lines of contact of helical
-gears it is integrated over the facewidth in closed form, cubic in both ends; the mean stays c_gamma.
+has both: k = c' b (1 - kappa u^2), kappa = 0.75 (1 - 1/eps_alpha), u = -1 .. 1 from A to E. Along the oblique lines of contact
+of helical gears it is integrated over the facewidth in closed form, cubic in both ends; the mean stays c_gamma.
 """
 
 import math
