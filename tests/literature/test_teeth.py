@@ -26,7 +26,7 @@ E, NU = 206e9, 0.3
 
 
 def test_external_pair_with_shift() -> None:
-    """m 3, 12/24, x 0.6/0.36, tips 44.840/79.400."""
+    """Module 3, 12/24, x 0.6/0.36, tips 44.840/79.400."""
     pair = paired(drawn(3.0, 12, 0.6, tip_diameter=44.84), drawn(3.0, 24, 0.36, tip_diameter=79.4))
     assert math.degrees(pair.working_angle) == pytest.approx(26.0885635, abs=1e-7)
     assert pair.distance == pytest.approx(56.4998697, abs=5e-8)
@@ -38,7 +38,7 @@ def test_external_pair_with_shift() -> None:
 
 
 def test_internal_pair_with_shift() -> None:
-    """m 3, 16/24, x 0/0.5: a ring's positive shift moves material outwards."""
+    """Module 3, 16/24, x 0/0.5: a ring's positive shift moves material outwards."""
     pair = paired(drawn(3.0, 16), drawn(3.0, 24, 0.5, internal=True))
     assert math.degrees(pair.working_angle) == pytest.approx(31.0936207, abs=5e-8)
     assert pair.distance == pytest.approx(13.1682677, abs=5e-8)
@@ -53,7 +53,7 @@ def test_internal_pair_with_shift() -> None:
     ],
 )
 def test_wind_gearbox(gears: tuple[float, ...], distance: float, ratio: float, backlash: float) -> None:
-    """Contact ratios of the three stages; the printed shifts and distances leave a few um of transverse backlash, or take them."""
+    """Contact ratios of the three stages; shifts and distances as printed leave or take a few um of backlash."""
     m, z_1, x_1, d_1, z_2, x_2, d_2, beta = gears
     first = drawn(m, int(z_1), x_1, tip_diameter=d_1, beta=beta)
     pair = paired(first, drawn(m, int(z_2), x_2, tip_diameter=d_2, beta=beta), distance)
@@ -88,7 +88,7 @@ def test_printed_centre_distances(
 def test_over_the_centre_distance(
     apart: float, external: tuple[float, ...], internal: tuple[float, ...]
 ) -> None:
-    """m 4, 20/60: contact ratio, working angle [deg] and backlash [um]; the ring's path is cut from the nominal distance on."""
+    """Module 4, 20/60: contact ratio, working angle [deg] and backlash [um]; the ring's path is cut."""
     for ring, (ratio, angle, backlash) in ((False, external), (True, internal)):
         pair = standard(20, 60, ring, 4.0, distance=(80.0 if ring else 160.0) + apart)
         assert pair.contact_ratio == pytest.approx(ratio, abs=5e-7)
@@ -224,7 +224,7 @@ def test_potential_energy(
 
 
 def test_terms_of_one_tooth() -> None:
-    """62 teeth, m 2, bore 35, b 20: bending, shear, compression at 0.349 rad, foundation [1e-9 m/N], as ROSS has the first three."""
+    """62 teeth, m 2, bore 35, b 20: bending, shear, compression at 0.349 rad, foundation [1e-9 m/N]."""
     gear = drawn(2e-3, 62, tip_radius=0.379951, bore=0.035)
     terms = tooth_compliance(gear, math.tan(0.349), 0.02, E, NU)
     assert 1e9 * terms.bending == pytest.approx(0.086763, rel=3e-3)

@@ -224,6 +224,30 @@ def test_expansion_of_drawn_gears() -> None:
     assert gp.simulate(case, duration=2e-3, transient=0.0).success
 
 
+def test_backlash_left_at_both_ends_of_the_temperatures() -> None:
+    """Steel in aluminium: cold takes 2 sin(alpha_w) a (alpha_h - alpha_s) dT; a jam there is a warning."""
+    steel = {"material": {"expansion": "11.5e-6 1/K"}, "allowance": "c25"}
+    doc = document({"teeth": 20, **steel}, {"teeth": 60, **steel}, center_distance="160 mm")
+    doc["environment"] = {
+        "temperature": "20 degC",
+        "housing": {"expansion": "23.1e-6 1/K"},
+        "temperature_range": ["-40 degC", "85 degC"],
+    }
+    case = gp.load_case(doc)
+    words = next(line for line in said(case, "note").splitlines() if "are left" in line)
+    least, _ = row(case)["backlash_range"]
+    cold = 2.0 * math.sin(math.radians(20.0)) * 0.16 * 11.6e-6 * 60.0
+    found = float(words.split("are left ")[1].split(" um")[0]) * 1e-6
+    assert found == pytest.approx(row(case)["backlash"] - cold, abs=0.3e-6)
+    lowest = float(words.split("degC, ")[1].split(" um")[0]) * 1e-6
+    assert lowest == pytest.approx(least - cold, abs=0.3e-6)
+    doc["environment"]["temperature_range"] = ["-150 degC", "85 degC"]
+    assert "it jams there" in said(gp.load_case(doc))
+    doc["environment"]["temperature_range"] = ["85 degC", "-40 degC"]
+    with pytest.raises(gp.InputError, match="must be the coldest and then the hottest"):
+        gp.load_case(doc)
+
+
 TEETH = {"kind": "teeth", "method": "iso6336"}
 WIDE = {"teeth": 20, "facewidth": "10 mm"}, {"teeth": 60, "facewidth": "10 mm"}
 

@@ -25,7 +25,7 @@ def iso(pair: GearPair) -> PathStiffness:
 
 
 def test_gaps_of_corners() -> None:
-    """m 4, 20/60: gaps [um] before A and after E, external; after E, internal."""
+    """Module 4, 20/60: gaps [um] before A and after E, external; after E, internal."""
     for internal, before, after in (
         (False, [1.885835, 11.305177, 43.401999, 166.953469], [0.781294, 4.935210, 20.086640, 83.082171]),
         (True, None, [0.245872, 1.536207, 6.140776, 24.519211]),

@@ -14,6 +14,7 @@ from gearplay.model.check_pairs import pair_findings
 from gearplay.model.check_run import run_findings
 from gearplay.model.check_start import start_findings
 from gearplay.model.check_teeth import teeth_findings
+from gearplay.model.check_temperature import temperature_findings
 from gearplay.model.expansion import thermal_changes
 from gearplay.model.massless import UNITS, field_path, massless
 from gearplay.model.pack import Packed, pack
@@ -70,6 +71,7 @@ def check_case(case: Source) -> list[Finding]:
     found += run_findings(case)
     found += damping_findings(case)
     found += pair_findings(case)
+    found += temperature_findings(case)
     found += _sets(case)
     for index in range(len(case.meshes)):
         found += [

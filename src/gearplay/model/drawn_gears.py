@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from gearplay.model import geometry
@@ -117,7 +117,7 @@ def _circle_faults(case: Case, name: str, gear: Toothing, drawn: DrawnGear) -> I
         yield Fault(_gear_path(case, name, "bore"), f"{1e3 * drawn.bore:.6g} mm", rule, "Check both")
 
 
-def _stiffness_faults(case: Case, j: int, given: dict[str, Toothing]) -> Iterator[Fault]:
+def _stiffness_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
     mesh = case.meshes[j]
     if not isinstance(mesh.stiffness, TeethStiffness):
         return

@@ -139,7 +139,7 @@ def _expanded_mesh(case: "Case", j: int, factors: _Factors) -> object:
     factor = (r_a * f_a + r_b * f_b) / (r_a + r_b)
     pair = geometry.pair_of(case, j)
     normal = math.cos(pair.first.base_helix) if pair.first.helix_angle else 1.0
-    update = {
+    update: dict[str, object] = {
         "module": factor * mesh.module,
         "backlash": factor * geometry.working_backlash(case, j) * normal,
     }

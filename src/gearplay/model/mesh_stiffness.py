@@ -41,7 +41,7 @@ class PackedStiffness(NamedTuple):
         """Return K [N/m] at mesh phases [rad]."""
         if self.kind == STIFFNESS_FOURIER:
             order, amplitude, phase = self.rows.T
-            return self.mean + np.cos(np.multiply.outer(psi, order) + phase) @ amplitude
+            return self.mean + np.asarray(np.cos(np.multiply.outer(psi, order) + phase) @ amplitude)
         turned = (psi + self.phase) % (2.0 * np.pi)
         if self.kind == STIFFNESS_SQUARE:
             return np.where(turned < 2.0 * np.pi * self.duty, self.mean, self.single)

@@ -52,7 +52,7 @@ def forwards(case: "Case", j: int) -> bool:
     moving = rolling.moving_speeds(case, rolling.nominal_speeds(case))
     frame = geometry.mesh_frame(case, j)
     turning = moving[names.index(mesh.rotors[0])] - (moving[names.index(frame)] if frame else 0.0)
-    return (geometry.gears_of_pair(case, j)[0] == mesh.driver) == (turning >= 0.0)
+    return (geometry.gears_of_pair(case, j)[0] == mesh.driver) == bool(turning >= 0.0)
 
 
 def stiffness_table(case: "Case", j: int) -> NDArray[np.float64]:

@@ -56,7 +56,7 @@ def light_load_factor(line_load: float) -> float:
     >>> round(light_load_factor(1e3), 6)
     0.316228
     """
-    return min(1.0, (line_load / LIGHT) ** 0.25)
+    return min(1.0, math.pow(line_load / LIGHT, 0.25))
 
 
 def mean_factor(contact_ratio: float) -> float:

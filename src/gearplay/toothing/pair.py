@@ -7,7 +7,12 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gearplay.toothing.gear import DrawnGear, inv, inverse_involute
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -191,8 +196,8 @@ class GearPair:
         """Tip diameter [m] of the second gear whose tips just reach the tangent point of the first."""
         return 2.0 * math.hypot(self.base_tangent, self.second.base_radius)
 
-    def sliding(self, place: float) -> float:
-        """Return the sliding speed of the flanks per speed of the first gear [m] at a place on the path [m]."""
+    def sliding(self, place: Floats) -> Floats:
+        """Return the sliding speed of the flanks per speed of the first gear [m] at places on the path [m]."""
         ratio = self.second.sign * self.first.teeth / self.second.teeth
         return (place - self.pitch_place) * (1.0 + ratio)
 

@@ -138,7 +138,8 @@ class PathStiffness:
         low, high = self.reach
         first, last = math.floor((low - middle) / pitch) - 2, math.ceil((high - middle) / pitch) + 2
         within = np.asarray(phases) % 1.0
-        return np.sum([curve(middle + (within + j) * pitch) for j in range(first, last + 1)], axis=0)
+        each = [curve(middle + (within + j) * pitch) for j in range(first, last + 1)]
+        return np.asarray(np.sum(each, axis=0))
 
     @cached_property
     def table(self) -> Floats:

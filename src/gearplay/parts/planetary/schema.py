@@ -20,7 +20,7 @@ from gearplay.parts.mesh.stiffness import Stiffness
 from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Planets, Toothed, problems_of
 from gearplay.parts.planetary.names import MEMBERS
 from gearplay.parts.rotor.allowance import DistanceAllowance, allowance_middle
-from gearplay.parts.rotor.gear import Runout, Toothing
+from gearplay.parts.rotor.gear import Runout
 from gearplay.parts.rotor.schema import POSITION_TOLERANCE, Coordinate, Rotor, SpeedDrive, place_words
 from gearplay.parts.sleeve.schema import Sleeve
 from gearplay.parts.support.schema import Support
@@ -107,7 +107,7 @@ class Planetary(Part):
             each.profile_shift or each.helix_angle for each in parts
         )
 
-    def _gear(self, part: Toothing, *, internal: bool = False) -> DrawnGear:
+    def _gear(self, part: Toothed | Planets, *, internal: bool = False) -> DrawnGear:
         return part.drawing(self.module, self.pressure_angle, part.teeth, internal=internal)
 
     @property
