@@ -1,5 +1,6 @@
 """Backlash and centre distance of meshes in case files."""
 
+from contextlib import suppress
 from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag, model_validator
@@ -36,11 +37,11 @@ class BacklashMeasure(Measure):
     def read(self, value: Any) -> Any:
         """Return the length in SI, or the angle as a `BacklashForm`."""
         if isinstance(value, str):
-            try:
-                angle = parse_quantity(value, q.ANGLE)
-            except UnitError:
+            with suppress(UnitError):  # what is neither is refused as a length
+                parse_quantity(value, self.quantity or q.LENGTH)
                 return super().read(value)
-            return BacklashForm(angle=angle)
+            with suppress(UnitError):
+                return BacklashForm(angle=parse_quantity(value, q.ANGLE))
         return super().read(value)
 
 
