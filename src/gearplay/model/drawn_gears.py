@@ -50,6 +50,8 @@ def _mesh_faults(case: Case, j: int) -> Iterator[Fault]:
     if mesh.backlash is None and not is_drawn:
         yield Fault(mesh_path(case, j, "backlash"), NO_VALUE, "is required", "Add it")
         return
+    if not is_drawn and not isinstance(mesh.stiffness, TeethStiffness):
+        return
     if case.formulation == "as_published" and is_drawn:
         rule = "must be of full-depth spur teeth without shift as published"
         yield Fault(mesh_path(case, j), mesh.label, rule, 'Take formulation = "geometric"')
@@ -145,27 +147,46 @@ def _stiffness_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iter
 
 
 def _distance_faults(case: Case, j: int) -> Iterator[Fault]:
+    """Refuse working centre distances at which tips strike roots or do not reach, and grades beyond their table."""
     mesh = case.meshes[j]
-    pair = GearPair(*geometry.gears_of(case, j), math.nan)
+    pair = geometry.pair_of(case, j)
     if math.isnan(pair.shifted_distance):
         names = " and ".join((mesh.driver, mesh.driven))
         rule = f"must let {names} mesh: the profile shifts leave no centre distance without backlash"
         path = _gear_path(case, mesh.driver, "profile_shift")
         yield Fault(path, geometry.gear_of(case, mesh.driver).profile_shift, rule, "Correct the shifts")
         return
-    if mesh.center_distance is None:
-        return
     least, most = pair.range_of_distances
-    path = mesh_path(case, j, "center_distance")
-    shown = f"{1e3 * mesh.center_distance:.6g} mm"
-    if not least < mesh.center_distance < most:
+    grade = mesh.center_distance_allowance
+    if not least < pair.distance < most:
+        if mesh.center_distance is None and pair.distance in (pair.reference_distance, pair.shifted_distance):
+            yield _tip_fault(case, j, pair)
+            return
+        path = mesh_path(case, j, "center_distance")
+        if mesh.center_distance is None:
+            path = field_path(case, mesh.rotors[1], "position")
         rule = (
             f"must be between {1e3 * least:.6g} and {1e3 * most:.6g} mm for these teeth to mesh, and is "
             f"{1e3 * pair.shifted_distance:.6g} mm without backlash"
         )
+        shown = f"{1e3 * pair.distance:.6g} mm"
         yield Fault(path, shown, rule, "Check the number, profile shifts and tip diameters")
-    grade = mesh.center_distance_allowance
-    if isinstance(grade, str) and distance_allowance(int(grade[2:]), mesh.center_distance) is None:
+    elif isinstance(grade, str) and distance_allowance(int(grade[2:]), pair.distance) is None:
         rule = "must be given in lengths for a centre distance over 3150 mm, beyond the grades of ISO 286-1"
         path = mesh_path(case, j, "center_distance_allowance")
         yield Fault(path, grade, rule, 'Write { upper = "...", lower = "..." }')
+
+
+def _tip_fault(case: Case, j: int, pair: GearPair) -> Fault:
+    """Return the fault of tips that strike roots, or do not reach the other gear, at the distance that follows from the gears."""
+    names = geometry.gears_of_pair(case, j)
+    k = 0 if pair.tip_clearances[0] <= pair.tip_clearances[1] else 1
+    gear, gap = (pair.first, pair.second)[k], pair.tip_clearances[k]
+    field = "tip_diameter" if gear.tip_diameter is not None else "addendum"
+    shown = f"{2e3 * gear.tip:.6g} mm" if gear.tip_diameter is not None else f"{gear.addendum:g}"
+    where = f"at their centre distance, {1e3 * pair.distance:.6g} mm"
+    rule = f"must let tips reach the teeth of {names[1 - k]} {where}"
+    if gap <= 0.0:
+        rule = f"must leave the roots of {names[1 - k]} a clearance {where}, where tips reach {-1e3 * gap:.4g} mm into them"
+    cure = "Correct tip diameter or addendum, the dedendum of the other gear, or profile shifts"
+    return Fault(_gear_path(case, names[k], field), shown, rule, cure)

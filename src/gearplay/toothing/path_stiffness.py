@@ -93,10 +93,7 @@ class PathStiffness:
         path = self.pair.path
         if self.method == "potential-energy":
             return np.array(
-                [
-                    _energy(self.pair, float(place), self.modulus, self.poisson)
-                    for place in np.atleast_1d(places)
-                ]
+                [_energy(self.pair, float(place), self.modulus, self.poisson) for place in np.ravel(places)]
             ).reshape(np.shape(places))
         kappa = parabola(self.pair.contact_ratio)
         middle, half = 0.5 * (path.start + path.end), 0.5 * path.length
