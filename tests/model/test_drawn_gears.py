@@ -189,6 +189,21 @@ def test_the_simulated_backlash_is_that_of_the_drawing() -> None:
             assert result.signal("backlash", "one-two") == pytest.approx(expected, abs=1e-12)
 
 
+def test_the_simulated_backlash_far_from_the_working_distance() -> None:
+    """Positions 1.5 mm off the given centre distance: b_t follows the involutes beyond the reach of their series."""
+    case = pair(
+        {"teeth": 21, "profile_shift": 0.5, "position": [0, 0]},
+        {"teeth": 64, "profile_shift": 0.4, "position": ["174.5 mm", 0]},
+        center_distance="173 mm",
+        backlash="50 um",
+    )
+    result = gp.simulate(case, duration=1e-3, transient=0.0, sampling=1e4)
+    drawn = geometry.pair_of(case, 0)
+    expected = 50e-6 + drawn.at(0.1745).backlash - drawn.at(0.173).backlash
+    assert result.signal("backlash", "one-two")[0] == pytest.approx(expected, abs=1e-12)
+    assert geometry.installed_backlash(case, 0) == pytest.approx(expected, abs=1e-12)
+
+
 def test_the_default_drawing_changes_nothing() -> None:
     """Fields of full-depth spur teeth at the nominal distance written out: the same motion, bit for bit."""
     plain = pair({"teeth": 20}, {"teeth": 60}, backlash="100 um")
