@@ -165,6 +165,20 @@ def test_forms_of_backlash() -> None:
             assert gp.load_case(case.resolved()) == case
 
 
+def test_limits_of_a_centre_distance_move_its_middle() -> None:
+    """A table or a list of both allowances: gears are placed at the middle, the backlash follows from there."""
+    gears = {"teeth": 20, "allowance": ["-125 um", "-85 um"]}, {"teeth": 60}
+    for limits in ({"upper": "60 um", "lower": "20 um"}, ["60 um", "20 um"], ["20 um", "60 um"]):
+        case = pair(*gears, center_distance="160 mm", center_distance_allowance=limits)
+        assert geometry.installed_distance(case, 0) == pytest.approx(0.16004, rel=1e-12)
+        expected = geometry.pair_of(case, 0).at(0.16004).backlash
+        assert row(case)["backlash"] == pytest.approx(expected, rel=1e-9)
+        least, largest = row(case)["backlash_range"]
+        assert least < row(case)["backlash"] < largest
+    with pytest.raises(gp.InputError, match="center_distance_allowance"):
+        pair(*gears, center_distance="160 mm", center_distance_allowance=["1 um", "2 um", "3 um"])
+
+
 def test_the_simulated_backlash_is_that_of_the_drawing() -> None:
     """b_t at displaced centres of shifted and helical gears, external and internal: base pitch less both thicknesses."""
     rng = np.random.default_rng(5)

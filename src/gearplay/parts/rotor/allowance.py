@@ -11,12 +11,22 @@ from gearplay.schema.fields import Measure, Part, Problem, refuse
 from gearplay.toothing.allowances import CLASS
 from gearplay.vocabulary import quantities as q
 
+UPPER: Final = Measure(q.LENGTH, "upper allowance", ge=-0.1, le=0.1)
+
 
 class Limits(Part):
-    """Upper and lower limit of a size, from its nominal value."""
+    """Upper and lower limit of a size, from its nominal value; in a file also a list of the two."""
 
-    upper: Annotated[float, Measure(q.LENGTH, "upper allowance", ge=-0.1, le=0.1)]
+    upper: Annotated[float, UPPER]
     lower: Annotated[float, Measure(q.LENGTH, "lower allowance", ge=-0.1, le=0.1)]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_two(cls, given: Any) -> Any:
+        if isinstance(given, (list, tuple)) and len(given) == 2:
+            lower, upper = sorted(UPPER.read(each) for each in given)
+            return {"upper": upper, "lower": lower}
+        return given
 
     @model_validator(mode="after")
     def _check(self) -> "Limits":
@@ -60,7 +70,7 @@ class ClassName:
 
 
 def _class_or_limits(value: Any) -> str:
-    return "kind:limits" if isinstance(value, (dict, Limits)) else "kind:class"
+    return "kind:limits" if isinstance(value, (dict, list, tuple, Limits)) else "kind:class"
 
 
 ThicknessAllowance = Annotated[
