@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 SAME_ANGLE: Final = math.radians(5e-5)
 """Difference of angles [rad] that is not said."""
+SAME_RATIO: Final = 5e-4
+"""Difference of contact ratios that is not said."""
 
 
 def pair_findings(case: Case) -> Iterator[Finding]:
@@ -70,6 +72,18 @@ def pair_table(case: Case) -> list[dict[str, Any]]:
     return rows
 
 
+def contact_ratios(case: Case, j: int) -> tuple[float, float]:
+    """Return the least and the largest total contact ratio of mesh j with its centres anywhere in their clearances.
+
+    Transverse and overlap ratio together; NaN where the pair cannot mesh at one of the distances.
+    """
+    at = geometry.installed_distance(case, j)
+    play = sum(geometry.clearance_of(case, name) or 0.0 for name in case.meshes[j].rotors)
+    pair = geometry.pair_of(case, j)
+    found = [pair.at(distance).contact_ratio for distance in (at - play, at, at + play)]
+    return min(found) + pair.overlap_ratio, max(found) + pair.overlap_ratio
+
+
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
@@ -104,6 +118,9 @@ def _ratio(case: Case, j: int) -> str:
     ]
     if cuts:
         said += f" (uncut {pair.path.uncut / pair.first.base_pitch:.4g}: {' and '.join(cuts)})"
+    least, largest = contact_ratios(case, j)
+    if largest - least > SAME_RATIO:
+        said += f", {least:.4g} to {largest:.4g} within the clearances"
     if abs(pair.working_angle - case.meshes[j].pressure_angle) > SAME_ANGLE:
         said += f", working pressure angle {math.degrees(pair.working_angle):.4f} deg at {1e3 * pair.distance:.6g} mm"
     if (limits := backlash_range(case, j)) is not None:

@@ -9,6 +9,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Final
 
 from gearplay.model import geometry
+from gearplay.model.check_pairs import contact_ratios
 from gearplay.model.massless import field_path
 from gearplay.parts.rotor.schema import place_words
 from gearplay.schema.finding import Finding
@@ -99,18 +100,6 @@ def _pointed(path: str, gear: DrawnGear) -> Iterator[Finding]:
         f"before the tip circle, so that the true contact ratio is lower. Take a smaller pressure angle{more}"
         f"{', less profile shift or a lower addendum' if gear.profile_shift else ''}.",
     )
-
-
-def contact_ratios(case: Case, j: int) -> tuple[float, float]:
-    """Return the least and the largest total contact ratio of mesh j with its centres anywhere in their clearances.
-
-    Transverse and overlap ratio; NaN where the pair cannot mesh at one of the distances.
-    """
-    at = geometry.installed_distance(case, j)
-    play = sum(geometry.clearance_of(case, name) or 0.0 for name in case.meshes[j].rotors)
-    pair = geometry.pair_of(case, j)
-    found = [pair.at(distance).contact_ratio for distance in (at - play, at, at + play)]
-    return min(found) + pair.overlap_ratio, max(found) + pair.overlap_ratio
 
 
 def _contact_ratio(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from gearplay.model import geometry
 from gearplay.model.massless import field_path
+from gearplay.parts.mesh.schema import PlanetMesh
 from gearplay.parts.mesh.stiffness import TeethStiffness
 from gearplay.toothing.allowances import distance_allowance
 from gearplay.toothing.gear import DrawnGear, full_tip_radius
@@ -24,8 +25,8 @@ SAME = 1e-9
 
 def mesh_path(case: Case, j: int, *fields: str) -> str:
     """Return the path of a field of a mesh, which may be one of a planetary set."""
-    name = case.meshes[j].driver.partition(".")[0]
-    table = f"planetary.{name}" if name in case.planetary else f"meshes.{j}"
+    mesh = case.meshes[j]
+    table = f"planetary.{mesh.driver.partition('.')[0]}" if isinstance(mesh, PlanetMesh) else f"meshes.{j}"
     return ".".join([table, *fields])
 
 
