@@ -223,6 +223,34 @@ def test_potential_energy(
     assert 1e-9 * one / found.width == pytest.approx(peak, abs=6e-6)
 
 
+@pytest.mark.parametrize(
+    ("module", "first", "second", "energy", "iso"),
+    [
+        (2.0, (62, 0.0, 35.0), (62, 0.0, 35.0), 19.5, 23.0),
+        (4.0, (20, 0.0, 30.0), (60, 0.0, 60.0), 18.4, 19.8),
+        (3.0, (23, 0.3, 25.0), (34, 0.1, 30.0), 18.9, 19.0),
+        (21.0, (18, 0.389, 150.0), (36, 0.504, 300.0), 20.7, 19.3),
+        (3.0, (24, 0.2, 30.0), (71, 0.1, 80.0), 21.1, 21.0),
+    ],
+)
+def test_both_methods_agree(
+    module: float,
+    first: tuple[int, float, float],
+    second: tuple[int, float, float],
+    energy: float,
+    iso: float,
+) -> None:
+    """Mean K per facewidth, as docs/teeth.md has it: within 20 % of each other."""
+    gears = [drawn(1e-3 * module, z, x, bore=1e-3 * bore, facewidth=0.02) for z, x, bore in (first, second)]
+    pair, phases = paired(*gears), (np.arange(400) + 0.5) / 400.0
+    found = [
+        PathStiffness(pair, method, E, NU, math.inf).total(phases).mean() / 0.02e9
+        for method in ("potential-energy", "iso6336")
+    ]
+    assert found == pytest.approx([energy, iso], abs=0.06)
+    assert found[0] == pytest.approx(found[1], rel=0.2)
+
+
 def test_terms_of_one_tooth() -> None:
     """62 teeth, m 2, bore 35, b 20: bending, shear, compression at 0.349 rad, foundation [1e-9 m/N]."""
     gear = drawn(2e-3, 62, tip_radius=0.379951, bore=0.035)
