@@ -293,6 +293,40 @@ def test_stiffness_from_the_teeth() -> None:
     assert gp.simulate(case, duration=5e-3, transient=0.0).success
 
 
+def test_light_loads_are_said() -> None:
+    """Note of the factor below 100 N/mm, of a case without load, none above."""
+    light = pair(*WIDE, backlash="100 um", stiffness=TEETH)
+    assert "at F_t/b = 8.333 N/mm the teeth have 0.537 of the stiffness" in said(light, "note")
+    heavy = pair(*WIDE, backlash="100 um", stiffness={**TEETH, "line_load": "150 N/mm"})
+    assert "of the stiffness above" not in said(heavy, "note")
+    doc = document(*WIDE, backlash="100 um", stiffness=TEETH)
+    del doc["rotors"]["two"]["load"]
+    assert "the case has no load, so that the stiffness" in said(gp.load_case(doc), "note")
+
+
+def test_planets_with_stiffness_from_the_teeth() -> None:
+    """K of both kinds of mesh from the drawing; planets on the path in turn; a facewidth that lacks is named in its table."""
+    member = {"mass": "1 kg", "inertia": "1e-3 kg m^2"}
+    fields: dict[str, Any] = {
+        "module": "4 mm",
+        "backlash": "100 um",
+        "stiffness": {"kind": "teeth", "method": "iso6336"},
+        "sun": {"teeth": 17, "facewidth": "30 mm", "drive": {"kind": "speed", "speed": "600 rpm"}, **member},
+        "planets": {"count": 3, "teeth": 22, "facewidth": "30 mm", **member},
+        "ring": {"teeth": 61, "facewidth": "30 mm", "fixed": True, **member},
+        "carrier": {**member, "load": {"torque": "300 N m"}},
+        "pin": {"radial_clearance": "10 um", "stiffness": "1e10 N/m^1.5"},
+    }
+    case = gp.planetary(**fields)
+    sun, ring = (pack_stiffness(case, j).average for j in (0, 3))
+    assert ring > sun > 1e8
+    assert gp.simulate(case, duration=2e-3, transient=0.0).success
+    del fields["planets"]["facewidth"]
+    with pytest.raises(gp.InputError, match=r"planetary\.stage\.planets\.facewidth: is required") as caught:
+        gp.planetary(**fields)
+    assert len(caught.value.faults) == 1
+
+
 def test_stiffness_runs_the_way_of_the_contact() -> None:
     """The phase of entering pairs is that of the contact: K backwards for a driver that turns the other way, or is the second."""
     given = {**TEETH, "line_load": "150 N/mm"}

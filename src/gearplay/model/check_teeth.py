@@ -11,9 +11,12 @@ from typing import TYPE_CHECKING, Final
 from gearplay.model import geometry
 from gearplay.model.check_pairs import contact_ratios
 from gearplay.model.massless import field_path
+from gearplay.model.teeth_stiffness import nominal_line_load
+from gearplay.parts.mesh.stiffness import TeethStiffness
 from gearplay.parts.rotor.schema import place_words
 from gearplay.schema.finding import Finding
 from gearplay.toothing.gear import DrawnGear
+from gearplay.toothing.iso6336 import light_load_factor
 from gearplay.toothing.pair import GearPair
 
 if TYPE_CHECKING:
@@ -42,6 +45,7 @@ def teeth_findings(case: Case) -> Iterator[Finding]:
         yield from _contact_ratio(case, j, pair)
         yield from _tip_clearance(case, j, pair)
         yield from _fouling(case, j, pair)
+        yield from _light_load(case, j)
     yield from _planets(case)
 
 
@@ -158,6 +162,21 @@ def _fouling(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
         f"meshes.{j}",
         f"{z_1} teeth in {z_2}: their tips foul each other beside the mesh, which is not modelled. {cure}.",
     )
+
+
+def _light_load(case: Case, j: int) -> Iterator[Finding]:
+    """Yield a note on the load at which ISO 6336-1 gives the stiffness of the teeth."""
+    mesh = case.meshes[j]
+    if not isinstance(mesh.stiffness, TeethStiffness) or mesh.stiffness.method != "iso6336":
+        return
+    load = mesh.stiffness.line_load or nominal_line_load(case, j)
+    words = "the case has no load, so that the stiffness of the teeth is that above 100 N/mm of facewidth"
+    if load is not None:
+        factor = light_load_factor(load)
+        words = f"at F_t/b = {1e-3 * load:.4g} N/mm the teeth have {factor:.3g} of the stiffness above 100 N/mm (ISO 6336-1)"
+        if factor == 1.0:
+            return
+    yield Finding("note", f"meshes.{j}.stiffness", f"{words}. Give line_load for another.")
 
 
 def _with_ring(pair: GearPair, teeth: int) -> GearPair:
