@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from gearplay.model import geometry
 from gearplay.model.reading import replace
-from gearplay.parts.rotor.schema import Rotor
+from gearplay.parts.rotor.gear import Toothing
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.vocabulary.errors import InputError
 
@@ -47,7 +47,7 @@ def jam_lines(sweep: Sweep, across: Ends, up: Ends, fixed: Mapping[str, float]) 
     base, found = sweep.template.base, []
     excess: Callable[[Sweep, int, Mapping[str, Any]], Any] = jam_excess
     make = _closed_line
-    if base.environment is not None or any(map(_has_drawings, base.rotors.values())):
+    if base.environment is not None or _is_drawn(sweep):
         drawn = sweep.template.plan.design
         if drawn is not None and drawn.parameters:
             return []
@@ -67,8 +67,15 @@ def jam_lines(sweep: Sweep, across: Ends, up: Ends, fixed: Mapping[str, float]) 
     return found
 
 
-def _has_drawings(rotor: Rotor) -> bool:
-    return bool(rotor.drawn) or any(gear.drawn for gear in rotor.gears.values())
+def _is_drawn(sweep: Sweep) -> bool:
+    """Return whether gears have, or get along an axis, drawings from which backlash and working angle follow."""
+    base = sweep.template.base
+    fields = {path.rpartition(".")[2] for path, _, _ in sweep.template.fields}
+    return (
+        bool(fields & {*Toothing.model_fields, "center_distance"})
+        or any(mesh.center_distance is not None for mesh in base.meshes)
+        or any(gear.drawn for rotor in base.rotors.values() for gear in (rotor, *rotor.gears.values()))
+    )
 
 
 def jam_excess(sweep: Sweep, j: int, values: Mapping[str, Any]) -> Any:
