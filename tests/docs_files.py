@@ -75,6 +75,11 @@ def make_my_rig(path: Path) -> None:
     path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
 
 
+def make_wind_stage(path: Path) -> None:
+    text = (ROOT / "docs" / "teeth.md").read_text(encoding="utf-8")
+    path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
+
+
 FILES: dict[str, Callable[[Path], None]] = {
     "run 7.tdms": make_record,
     "run.tdms": make_long_record,
@@ -85,4 +90,5 @@ FILES: dict[str, Callable[[Path], None]] = {
     "my-case.toml": make_case,
     "rig.toml": make_rig,
     "my-rig.toml": make_my_rig,
+    "wind-stage.toml": make_wind_stage,
 }

@@ -46,8 +46,19 @@ def motion() -> None:
         run(["animate", result, "--frames", "40", "--out", str(HERE / "motion.gif"), "--overwrite"])
 
 
+def teeth() -> None:
+    """Draw the pair of docs/teeth.md."""
+    text = (HERE.parent / "teeth.md").read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        case = Path(folder) / "wind-stage.toml"
+        case.write_text(text.split("```toml\n")[1].split("```")[0], encoding="utf-8")
+        run(["teeth", str(case), "--out", folder])
+        (HERE / "teeth.png").write_bytes((Path(folder) / "teeth.png").read_bytes())
+
+
 if __name__ == "__main__":
     main()
     motion()
     axis()
     first_run()
+    teeth()

@@ -7,6 +7,7 @@ from gearplay.files.record import Channel as Channel
 from gearplay.files.record import Record as Record
 from gearplay.hysteresis.lost_motion import lost_motion as lost_motion
 from gearplay.hysteresis.reduction import reduce as reduce
+from gearplay.gear_pairs.teeth import teeth as teeth
 from gearplay.linear.analyses import campbell as campbell
 from gearplay.linear.analyses import frequency_response as frequency_response
 from gearplay.linear.analyses import modes as modes

@@ -30,6 +30,7 @@ RESULTS: Final = MappingProxyType(
         "modes": "linear.modes:Modes",
         "lost motion": "hysteresis.result:LostMotion",
         "reduction": "hysteresis.reduction:Reduction",
+        "teeth": "gear_pairs.teeth:Teeth",
         "load sharing": "planets.sharing:LoadSharing",
         "campbell": "linear.campbell:Campbell",
         "frequency response": "linear.response:FrequencyResponse",

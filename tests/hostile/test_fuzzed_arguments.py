@@ -89,6 +89,7 @@ def valid(folder: Path) -> dict[str, dict[str, Any]]:
         "reduce": {"case": pressed, "at": "output", "hold": "input", "torque": 5.0},
         "replace": {"case": short, "changes": {backlash: "120 um"}},
         "section": {"case": short, "signals": at, "keep": 3, "settle": 1, "period": "mesh"},
+        "teeth": {"source": short, "mesh": "pinion-ring"},
         "view": {"source": short, "window": (0.0, 0.005), "at": "ring", "magnify": 1.0},
         "simulate": {"case": short, "ensemble": 2},
         "sweep": {

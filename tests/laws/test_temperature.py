@@ -58,7 +58,7 @@ def test_the_contract_s_example(measured: Measured) -> None:
     case = case_of(pair())
     hot = case.operating
     distance = math.dist(*geometry.centres(hot).values())
-    beyond = distance - geometry.nominal_center_distance(hot, 0)
+    beyond = distance - geometry.working_distance(hot, 0)
     assert distance - A == pytest.approx(A * ALUMINIUM * 100.0, abs=1e-12)
     assert beyond == pytest.approx(92.8e-6, abs=1e-9)
     # The bush is wider than the journal by the clearance, and grows as itself.

@@ -198,7 +198,7 @@ def test_random_planetary_sets_are_where_a_simulation_settles(measured: Measured
         if judged == wanted:
             continue
         sun = [j for j, mesh in enumerate(case.meshes) if "s.sun" in mesh.rotors]
-        both = settled(case, load / table.center_distance)
+        both = settled(case, load / table.distance)
         if both is None or np.max(np.abs(both[sun, 1] - both[sun, 0])) > 1e-7 * load:
             continue  # what swings on is no judge
         forces = both[sun, 1] * np.sign(both[sun, 1].sum())

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from building import case_of, dynamic_backlash, mesh_at, pair_document
-from gearplay.model.geometry import contact_ratio, jam_ratio, nominal_center_distance, pitch_radius
+from drawn_pairs import standard
+from gearplay.model.geometry import jam_ratio, pitch_radius, working_distance
 from gearplay.model.mesh_stiffness import iso6336_mesh_stiffness, pack_stiffness
 from gearplay.model.pack import pack
 from gearplay.model.reading import load_case, replace
@@ -30,19 +31,26 @@ def test_hertz_stiffness_of_a_steel_journal() -> None:
     assert K / soft == pytest.approx(1.5, rel=1e-12)
 
 
+def iso(
+    internal: bool, ratio: float, width: float = 0.006, modulus: float = 206e9, alpha: float = 20.0
+) -> float:
+    pair = standard(20, 60, internal, 4e-3, alpha)
+    return iso6336_mesh_stiffness(pair.first, pair.second, ratio, width, modulus)
+
+
 def test_iso_stiffness_of_six_millimetres_of_steel() -> None:
     """ISO 6336-1 method B: 6 mm of steel at the rig's contact ratio between 1.3e8 and 1.5e8 N/m."""
-    k_m = iso6336_mesh_stiffness(20, 60, True, 1.95, 0.006, 206e9)
+    k_m = iso(True, 1.95)
     assert 1.3e8 < k_m < 1.5e8
     # by hand: q' = 0.04723 + 0.15551 / 20, c' = 0.8 0.975 / q', c_gamma = c' (0.75 1.95 + 0.25) N/(mm um)
     by_hand = 0.78 / (0.04723 + 0.15551 / 20.0) * (0.75 * 1.95 + 0.25) * 1e9 * 0.006
     assert k_m == pytest.approx(by_hand, rel=1e-12)
     # an external wheel is softer than a ring, and stiffness goes with facewidth and modulus
-    assert iso6336_mesh_stiffness(20, 60, False, 1.95, 0.006, 206e9) < k_m
-    assert iso6336_mesh_stiffness(20, 60, True, 1.95, 0.012, 103e9) == pytest.approx(k_m, rel=1e-12)
+    assert iso(False, 1.95) < k_m
+    assert iso(True, 1.95, 0.012, 103e9) == pytest.approx(k_m, rel=1e-12)
     # C_B goes with the rack's pressure angle: 1 - 0.02 (20 deg - alpha)
     for degrees, factor in ((14.5, 0.89), (20.0, 1.0), (25.0, 1.1)):
-        turned = iso6336_mesh_stiffness(20, 60, True, 1.95, 0.006, 206e9, math.radians(degrees))
+        turned = iso(True, 1.95, alpha=degrees)
         assert turned / k_m == pytest.approx(factor, rel=1e-12)
 
 
@@ -51,8 +59,8 @@ def test_the_stiffness_of_a_case_is_of_its_own_rack() -> None:
     given = {"meshes.0.stiffness": {"kind": "iso6336", "facewidth": "6 mm"}}
     for degrees in (14.5, 20.0, 25.0):
         turned = replace(case, {**given, "meshes.0.pressure_angle": math.radians(degrees)})
-        ratio = contact_ratio(20, 60, True, 4e-3, math.radians(degrees))
-        expected = iso6336_mesh_stiffness(20, 60, True, ratio, 0.006, 206e9, math.radians(degrees))
+        ratio = standard(20, 60, True, 4e-3, degrees).contact_ratio
+        expected = iso(True, ratio, alpha=degrees)
         assert pack_stiffness(turned, 0).mean == pytest.approx(expected, rel=1e-12)
 
 
@@ -66,11 +74,11 @@ def test_the_wave_of_a_case_is_a_share_of_its_mean() -> None:
 
 def test_contact_ratio_of_the_pair() -> None:
     """Full-depth 20/60 of 20 deg: 1.95 internal; the same teeth external 1.67, from the ends of contact."""
-    assert contact_ratio(20, 60, True, 4e-3, ALPHA) == pytest.approx(1.95, abs=0.03)
+    assert standard(20, 60, True, 4e-3).contact_ratio == pytest.approx(1.95, abs=0.03)
     # external by hand: sum of both tip lengths less the centre distance's, over the base pitch
     tips = sum(math.sqrt((r + 4.0) ** 2 - (r * math.cos(ALPHA)) ** 2) for r in (40.0, 120.0))
     by_hand = (tips - 160.0 * math.sin(ALPHA)) / (4.0 * math.pi * math.cos(ALPHA))
-    assert contact_ratio(20, 60, False, 4e-3, ALPHA) == pytest.approx(by_hand, rel=1e-12)
+    assert standard(20, 60, False, 4e-3).contact_ratio == pytest.approx(by_hand, rel=1e-12)
 
 
 def test_contact_ratio_of_the_ring_from_where_tips_cross_the_line_of_action() -> None:
@@ -91,7 +99,7 @@ def test_contact_ratio_of_the_ring_from_where_tips_cross_the_line_of_action() ->
     tangent_point = -40.0 * math.sin(ALPHA)
     assert along(116.0, 0.0) == pytest.approx(tangent_point - 0.15, abs=1e-3)
     path = along(44.0, 80.0) - max(along(116.0, 0.0), tangent_point)
-    assert contact_ratio(20, 60, True, 4e-3, ALPHA) == pytest.approx(
+    assert standard(20, 60, True, 4e-3).contact_ratio == pytest.approx(
         path / (4.0 * math.pi * math.cos(ALPHA)), rel=1e-9
     )
 
@@ -123,7 +131,7 @@ def test_printed_inertias_do_not_fit_the_gears() -> None:
         pytest.approx(0.04),
         pytest.approx(0.12),
     ]
-    assert nominal_center_distance(case, 0) == pytest.approx(0.08)
+    assert working_distance(case, 0) == pytest.approx(0.08)
     disc = load_case("han2021-geometric-inertia").rotors["pinion"]
     assert disc.inertia == pytest.approx(0.5 * 0.235 * 0.04**2, rel=5e-3)
 

@@ -65,10 +65,9 @@ def test_what_does_not_fit_is_found(changes: dict[str, Any], path: str, words: s
     assert words in warnings[path]
 
 
-def test_a_contact_ratio_below_one_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    # full-depth teeth cannot have one, so the number is given
-    monkeypatch.setattr("gearplay.model.check_teeth.installed_contact_ratio", lambda case, index: 0.97)
-    assert "0.97" in found("han2021-geometric-inertia")["meshes.0"]
+def test_a_contact_ratio_below_one_is_found() -> None:
+    changes = {"rotors.pinion.addendum": 0.4, "rotors.ring.addendum": 0.4}
+    assert "the contact ratio, 0.77, is below 1" in found("han2021-geometric-inertia", changes)["meshes.0"]
 
 
 def test_a_jam_ratio_below_one_is_no_finding() -> None:

@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 import gearplay as gp
-from gearplay.model.check_pairs import installed_contact_ratio
-from gearplay.model.check_teeth import fouls
-from gearplay.model.geometry import mesh_contact_ratio
+from drawn_pairs import standard
+from gearplay.model.geometry import installed_pair
+from gearplay.model.geometry import pair_of as drawn_pair
 
 
 def pair(z_1: int, z_2: int, *, internal: bool = False, apart: float | None = None) -> gp.Case:
@@ -46,7 +46,7 @@ def test_fouling_is_that_of_tips_that_are_followed() -> None:
     alpha = math.radians(20.0)
     for z_2 in (34, 40, 60, 91):
         for z_1 in range(z_2 - 12, z_2 - 4):
-            assert fouls(z_1, z_2, alpha) is enters(z_1, z_2, alpha), (z_1, z_2)
+            assert standard(z_1, z_2, True, 1.0).tips_foul is enters(z_1, z_2, alpha), (z_1, z_2)
 
 
 def enters(z_1: int, z_2: int, alpha: float) -> bool:
@@ -83,14 +83,14 @@ def test_tips_within_the_base_circle() -> None:
 
 
 def test_the_contact_ratio_is_that_of_the_installed_distance() -> None:
-    assert installed_contact_ratio(pair(20, 40), 0) == pytest.approx(
-        mesh_contact_ratio(pair(20, 40), 0), rel=1e-12
+    assert installed_pair(pair(20, 40), 0).contact_ratio == pytest.approx(
+        drawn_pair(pair(20, 40), 0).contact_ratio, rel=1e-12
     )
-    assert installed_contact_ratio(pair(20, 60, internal=True), 0) == pytest.approx(
-        mesh_contact_ratio(pair(20, 60, internal=True), 0), rel=1e-12
+    assert installed_pair(pair(20, 60, internal=True), 0).contact_ratio == pytest.approx(
+        drawn_pair(pair(20, 60, internal=True), 0).contact_ratio, rel=1e-12
     )
     far = pair(20, 40, apart=0.0625)
-    assert installed_contact_ratio(far, 0) < 0.8
+    assert installed_pair(far, 0).contact_ratio < 0.8
     assert "at the installed distance (1.6" in said(far)
 
 

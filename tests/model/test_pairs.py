@@ -8,10 +8,9 @@ from typing import Any
 import pytest
 
 import gearplay as gp
+from drawn_pairs import drawn, standard
 from gearplay.cli.main import run
 from gearplay.model.check_pairs import pair_table
-from gearplay.model.check_teeth import tip_thickness
-from gearplay.model.geometry import contact_path, contact_ratio
 from gearplay.model.reading import to_toml
 
 ALPHA = math.radians(20.0)
@@ -61,7 +60,7 @@ def hunting_pair(speed: str = "1750 rpm") -> dict[str, Any]:
 def test_contact_ratio__planets_in_a_small_ring() -> None:
     """18 in 48: the path begins at the planet's base tangent point, sqrt(r_a^2 - r_b^2) / p_b long; the case runs."""
     path = math.sqrt(10.0**2 - (9.0 * math.cos(ALPHA)) ** 2)
-    assert contact_ratio(18, 48, True, 1e-3, ALPHA) == pytest.approx(
+    assert standard(18, 48, True, 1e-3).contact_ratio == pytest.approx(
         path / (math.pi * math.cos(ALPHA)), rel=1e-12
     )
     case = gp.load_case(PRINTED_REDUCER)
@@ -74,7 +73,7 @@ def test_contact_ratio__planets_in_a_small_ring() -> None:
         if "p.planet3-p.ring" in f.message and "interference" in f.message
     ]
     assert len(words) == 1
-    assert "contact ratio 1.808 (uncut 2.016: the tips of p.ring" in words[0]
+    assert "contact ratio 1.808 (uncut 2.016: the tip of p.ring stands 0.616 mm inside" in words[0]
 
 
 @pytest.mark.parametrize(
@@ -93,7 +92,9 @@ def test_contact_ratio__planets_in_a_small_ring() -> None:
 def test_contact_ratio__other_centre_distances(internal: bool, apart: float, ratio: float) -> None:
     """20/60, m 4: the ring's path is cut at the pinion's tangent point from the nominal distance on."""
     nominal = 0.08 if internal else 0.16
-    assert contact_ratio(20, 60, internal, 4e-3, ALPHA, nominal + apart) == pytest.approx(ratio, abs=1e-6)
+    assert standard(20, 60, internal, 4e-3, distance=nominal + apart).contact_ratio == pytest.approx(
+        ratio, abs=1e-6
+    )
 
 
 @pytest.mark.parametrize("internal", [False, True])
@@ -101,7 +102,8 @@ def test_contact_ratio__other_centre_distances(internal: bool, apart: float, rat
 def test_contact_path__radii_of_the_tips_that_meet_it(internal: bool, z_1: int) -> None:
     """A point of the line of action at rho from T1 lies at sqrt(r_b1^2 + rho^2) of gear 1; the partner's tip passes there."""
     z_2 = 3 * z_1
-    start, end, line = contact_path(z_1, z_2, internal, 1e-3, ALPHA)
+    path = standard(z_1, z_2, internal, 1e-3).path
+    start, end, line = path.tip_of_second, path.tip_of_first, path.tangent_of_second
     b_1, b_2 = 0.5e-3 * z_1 * math.cos(ALPHA), 0.5e-3 * z_2 * math.cos(ALPHA)
     t_2 = 0.5e-3 * (z_2 - z_1 if internal else z_1 + z_2) * math.sin(ALPHA)
     at_2 = start + t_2 if internal else t_2 - start  # from T2
@@ -124,9 +126,8 @@ def test_tips__thickness_of_teeth_and_of_spaces() -> None:
             space = (
                 2.0 * radius * (0.5 * math.pi / z + inv(alpha) - inv(at))
             )  # an external tooth at the ring's tip
-            assert tip_thickness(z, True, alpha) + space == pytest.approx(
-                2.0 * math.pi * radius / z, rel=1e-12
-            )
+            ring = drawn(1.0, z, alpha=math.degrees(alpha), internal=True)
+            assert ring.tip_thickness + space == pytest.approx(2.0 * math.pi * radius / z, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -163,7 +164,7 @@ def test_check__frequencies_of_a_pair_with_hunting_teeth(
     assert row["mesh"] == "p-w"
     assert row["mesh_frequency"] == pytest.approx(700.0, rel=1e-12)
     assert row["shafts"] == pytest.approx({"p": 29.166667, "w": 18.421053}, rel=1e-6)
-    assert row["hunting_tooth"] == pytest.approx(700.0 * math.gcd(24, 38) / (24 * 38), rel=1e-12)
+    assert row["hunting_frequency"] == pytest.approx(700.0 * math.gcd(24, 38) / (24 * 38), rel=1e-12)
     assert row["common_period"] == pytest.approx(0.651429, abs=5e-7)
     assert row["sidebands"]["w"] == pytest.approx([700.0 - 18.421053, 700.0 + 18.421053], rel=1e-6)
     assert run(["check", str(file)]) == 0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.model.geometry import mesh_contact_ratio
+from gearplay.model.geometry import pair_of
 from gearplay.model.pack import pack
 from gearplay.model.planetary_frequencies import set_frequencies
 from gearplay.model.reading import to_toml
@@ -87,8 +87,8 @@ def test_a_set_of_the_literature() -> None:
     assert np.mod(-phases(case)[:3], 1.0) == pytest.approx([0.0, 2 / 3, 1 / 3], abs=1e-6)
     ring = -(phases(case)[3:] - phases(case)[3])  # planets turn the other way beside the carrier
     assert np.mod(ring, 1.0) == pytest.approx([0.0, 1 / 3, 2 / 3], abs=1e-6)
-    assert mesh_contact_ratio(case, 0) == pytest.approx(1.6064, abs=5e-5)
-    assert mesh_contact_ratio(case, 3) == pytest.approx(1.9418, abs=5e-5)
+    assert pair_of(case, 0).contact_ratio == pytest.approx(1.6064, abs=5e-5)
+    assert pair_of(case, 3).contact_ratio == pytest.approx(1.9418, abs=5e-5)
 
 
 def test_sun_and_ring_mesh_alike_at_every_planet() -> None:

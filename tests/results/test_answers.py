@@ -47,6 +47,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "sweep": lambda: gp.sweep("han2021", {"rotors.ring.initial.vx": [0.1, 0.2, 0.3]}, set=SHORT, reduce=[RMS]),
     "calibration": some_calibration,
     "bifurcation": lambda: gp.bifurcation(pair(), FORCE, [4e-6, 5e-6], ["wheel.theta"], settle=5, keep=3),
+    "teeth": lambda: gp.teeth("han2021"),
     "portrait": lambda: gp.portrait("han2021", settle=2, keep=3, show=1),
     "section": lambda: gp.section("han2021", ["ring.x", "ring.vx"], keep=4, period="mesh"),
     "impacts": lambda: gp.impacts("han2021", ["ring.x"], "pinion-ring:drive", duration=0.5, transient=0.0),

@@ -74,6 +74,28 @@ def test_on_the_line_the_jam_ratio_is_one(
         assert jam_excess(sweep, 0, beside) > 0.0
 
 
+@pytest.mark.parametrize("path", ["meshes.0.center_distance", "rotors.pinion.profile_shift"])
+def test_of_drawn_gears_the_jam_ratio_is_one_on_the_line(path: str) -> None:
+    """Backlash and working angle follow from thicknesses, shifts and the centre distance."""
+    changes = {
+        "rotors.pinion.allowance": "c25",
+        "rotors.ring.thickness": "6.2 mm",
+        "meshes.0.center_distance": "80 mm",
+    }
+    document = replace(load_case("han2021"), changes).resolved()
+    del document["meshes"][0]["backlash"]
+    low, high = ("79.9 mm", "80.1 mm") if path.startswith("meshes") else (0.0, 0.02)
+    axes = [{"name": "x", "path": path, "low": low, "high": high, "count": 3}, axis("y", RING)]
+    sweep = Sweep(load_sweep({"case": document, "axes": axes, "reduce": [RMS]}))
+    (left, *_, right), (bottom, *_, top) = sweep.template.points.values
+    (line,) = jam_lines(sweep, ("x", left, right), ("y", bottom, top), {})
+    assert len(line.up) > 5
+    for at in range(0, len(line.up), 5):
+        place = {"x": float(line.across[at]), "y": float(line.up[at])}
+        found = replace(sweep.template.base, sweep.template.changes(place))
+        assert geometry.jam_ratio(found, 0) == pytest.approx(1.0, abs=1e-6)
+
+
 def test_the_line_follows_what_other_axes_are_held_at() -> None:
     sweep = sweep_of(axis("x", RING), axis("y", BACKLASH), axis("z", PINION))
     spans = ("x", 2e-5, 4e-4), ("y", 2e-5, 4e-4)

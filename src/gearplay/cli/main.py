@@ -33,6 +33,7 @@ COMMANDS: Final = (
     "study",
     "sweep",
     "resume",
+    "teeth",
     "modes",
     "load_sharing",
     "lost_motion",

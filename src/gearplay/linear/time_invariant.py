@@ -13,7 +13,8 @@ from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.pack import Packed, pack
-from gearplay.parts.mesh.schema import HarmonicStiffness, Mesh
+from gearplay.parts.mesh.schema import Mesh
+from gearplay.parts.mesh.stiffness import HarmonicStiffness
 from gearplay.parts.rotor.gear import Runout
 from gearplay.parts.rotor.schema import Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
 from gearplay.parts.support.schema import Support

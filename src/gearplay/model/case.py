@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
 from gearplay.model.consistency import cross_faults
+from gearplay.model.drawn_gears import drawn_faults
 from gearplay.model.expansion import at_temperature
 from gearplay.model.members import set_faults, with_members, without_members
 from gearplay.model.policy import (
@@ -266,6 +267,8 @@ class Case(Part):
                 for name, rotor in self.rotors.items()
                 if rotor.temperature is not None
             ]
+        if not faults:
+            faults = drawn_faults(self)
         if faults:
             raise InputError(faults)
         return self

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from gearplay.model import rolling
-from gearplay.model.geometry import nominal_center_distance, toothings
+from gearplay.model.geometry import toothings, working_backlash, working_distance
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -30,10 +30,10 @@ def _rows(case: Case) -> Iterator[tuple[str, str]]:
         words += [f"load {rotor.load.torque:.4g} N m"] if rotor.load.torque else []
         yield name, "; ".join(filter(None, words))
     for j, mesh in enumerate(case.meshes):
-        distance = 1e3 * nominal_center_distance(case, j)
+        distance, backlash = 1e3 * working_distance(case, j), 1e6 * working_backlash(case, j)
         yield (
             mesh.label,
-            f"module {1e3 * mesh.module:.4g} mm, backlash {1e6 * mesh.backlash:.4g} um, centres {distance:.6g} mm apart",
+            f"module {1e3 * mesh.module:.4g} mm, backlash {backlash:.4g} um, centres {distance:.6g} mm apart",
         )
     for name, sleeve in case.sleeves.items():
         yield f"sleeve of {name}", f"radial clearance {1e6 * sleeve.radial_clearance:.4g} um"

@@ -14,6 +14,7 @@ from gearplay.model.check_pairs import pair_findings
 from gearplay.model.check_run import run_findings
 from gearplay.model.check_start import start_findings
 from gearplay.model.check_teeth import teeth_findings
+from gearplay.model.check_temperature import temperature_findings
 from gearplay.model.expansion import thermal_changes
 from gearplay.model.massless import UNITS, field_path, massless
 from gearplay.model.pack import Packed, pack
@@ -22,6 +23,7 @@ from gearplay.model.reading import Source, load_case
 from gearplay.parts.drive.terms import largest_torque
 from gearplay.parts.rotor.schema import Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
 from gearplay.schema.finding import Finding
+from gearplay.toothing.gear import inv
 
 GYRATION: Final = (0.3, 1.5)
 """Usual radii of gyration of gears, in pitch radii: 0.71 is a solid disc, about 1.1 a thin ring gear."""
@@ -69,6 +71,7 @@ def check_case(case: Source) -> list[Finding]:
     found += run_findings(case)
     found += damping_findings(case)
     found += pair_findings(case)
+    found += temperature_findings(case)
     found += _sets(case)
     for index in range(len(case.meshes)):
         found += [
@@ -187,18 +190,30 @@ def _excites(rotor: Rotor) -> bool:
 
 
 def _center_distance(case: Case, index: int) -> Iterator[Finding]:
-    mesh = case.meshes[index]
-    centres = geometry.centres(case)
-    actual = math.dist(*(centres[name] for name in mesh.rotors))
-    nominal = geometry.nominal_center_distance(case, index)
-    if abs(actual - nominal) > MISFIT * nominal:
-        yield Finding(
-            "warning",
-            f"meshes.{index}.backlash",
-            f"the positions are {actual:.6g} m apart, the nominal centre distance is {nominal:.6g} m. The "
-            "backlash is defined at the nominal distance; do not count the play of the installed "
-            "distance twice.",
-        )
+    pair = geometry.pair_of(case, index)
+    actual, nominal = geometry.installed_distance(case, index), pair.distance
+    if abs(actual - nominal) <= MISFIT * nominal:
+        return
+    what, shift = "nominal", ""
+    if (
+        case.meshes[index].center_distance is not None
+        or pair.first.profile_shift
+        or pair.second.profile_shift
+    ):
+        what = "working"
+    elif abs(actual - nominal) > 0.05 * pair.first.module and actual > pair.least_distance:
+        rise = inv(pair.at(actual).working_angle) - inv(pair.first.transverse_angle)
+        teeth = pair.second.teeth + pair.second.sign * pair.first.teeth
+        total = 0.5 * rise * teeth / math.tan(pair.first.pressure_angle)
+        names = "x of the ring less that of the pinion" if pair.internal else "the sum of both"
+        shift = f" Gears made for this distance have profile shifts, {names} {total:.4g}: give them as profile_shift."
+    yield Finding(
+        "warning",
+        f"meshes.{index}.backlash",
+        f"the positions are {actual:.6g} m apart, the {what} centre distance is {nominal:.6g} m. The "
+        f"backlash is defined at the {what} distance; do not count the play of the installed "
+        f"distance twice.{shift}",
+    )
 
 
 def _wedging(case: Case, index: int) -> Iterator[Finding]:
@@ -221,14 +236,14 @@ def _wedging(case: Case, index: int) -> Iterator[Finding]:
 
 
 def _errors(case: Case, index: int) -> Iterator[Finding]:
-    mesh = case.meshes[index]
-    total = sum(abs(term.amplitude) for term in mesh.transmission_error)
-    if total > mesh.backlash:
+    total = sum(abs(term.amplitude) for term in case.meshes[index].transmission_error)
+    backlash = geometry.working_backlash(case, index)
+    if total > backlash:
         yield Finding(
             "warning",
             f"meshes.{index}.transmission_error",
             f"the amplitudes add up to {1e6 * total:.4g} um, more than the backlash of "
-            f"{1e6 * mesh.backlash:.4g} um. Check the units.",
+            f"{1e6 * backlash:.4g} um. Check the units.",
         )
 
 

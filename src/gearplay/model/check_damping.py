@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from gearplay.model.tooth_loads import (
+from gearplay.model.tooth_deflections import (
     LEAST_DEPTH,
     UNKNOWN_LOAD_DEPTH,
     damping_depths,
     tooth_deflections,
-    tooth_loads,
 )
+from gearplay.model.tooth_loads import tooth_loads
 from gearplay.parts.mesh.flank import damping_ramp
 from gearplay.schema.finding import Finding
 

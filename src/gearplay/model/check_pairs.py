@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from gearplay.model import geometry
+from gearplay.model.allowance_range import backlash_range
 from gearplay.model.mesh_frequencies import mesh_frequencies, rolling_frame
 from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
+
+SAME_ANGLE: Final = math.radians(5e-5)
+"""Difference of angles [rad] that is not said."""
+SAME_RATIO: Final = 5e-4
+"""Difference of contact ratios that is not said."""
 
 
 def pair_findings(case: Case) -> Iterator[Finding]:
@@ -20,7 +26,13 @@ def pair_findings(case: Case) -> Iterator[Finding]:
     for j, row in enumerate(pair_table(case)):
         frame = rolling_frame(case, j)
         numbers = [
-            f"{each:.9g}" for each in (row["contact_ratio"], *row["shafts"].values(), row["mesh_frequency"])
+            f"{each:.9g}"
+            for each in (
+                row["contact_ratio"] or 0.0,
+                row["backlash"] or 0.0,
+                *row["shafts"].values(),
+                row["mesh_frequency"],
+            )
         ]
         teeth = [geometry.teeth_of(case, name) for name in (case.meshes[j].driver, case.meshes[j].driven)]
         alike.setdefault((*numbers, *teeth, frame), []).append(j)
@@ -31,19 +43,28 @@ def pair_findings(case: Case) -> Iterator[Finding]:
 
 
 def pair_table(case: Case) -> list[dict[str, Any]]:
-    """Return contact ratio and frequencies [Hz] of every mesh at nominal speed, one JSON-able table each."""
+    """Return geometry [m, rad] at the nominal centres and frequencies [Hz] of every mesh, one JSON-able table each.
+
+    The backlash is normal to the teeth.
+    """
     rows = []
     for j, mesh in enumerate(case.meshes):
-        found, ratio = mesh_frequencies(case, j), installed_contact_ratio(case, j)
+        found, pair = mesh_frequencies(case, j), geometry.installed_pair(case, j)
+        backlash = geometry.installed_backlash(case, j) * math.cos(pair.first.base_helix)
         rows.append(
             {
                 "mesh": mesh.label,
-                "contact_ratio": ratio if math.isfinite(ratio) else None,
+                "working_pressure_angle": _finite(pair.working_angle),
+                "center_distance": pair.distance,
+                "contact_ratio": _finite(pair.contact_ratio),
+                "overlap_ratio": pair.overlap_ratio,
+                "backlash": _finite(backlash),
+                "backlash_range": backlash_range(case, j),
                 "mesh_frequency": found.mesh,
                 "shafts": found.shafts,
                 "rotations": found.rotations,
                 "sidebands": {name: list(pair) for name, pair in found.sidebands.items()},
-                "hunting_tooth": found.hunting_tooth,
+                "hunting_frequency": found.hunting_tooth,
                 "mesh_periods": found.mesh_periods,
                 "common_period": found.common_period if found.hunting_tooth > 0.0 else None,
             }
@@ -51,34 +72,64 @@ def pair_table(case: Case) -> list[dict[str, Any]]:
     return rows
 
 
-def installed_distance(case: Case, j: int) -> float:
-    """Return the distance [m] of the nominal centres of mesh j."""
-    at = geometry.centres(case)
-    return math.dist(*(at[name] for name in case.meshes[j].rotors))
+def contact_ratios(case: Case, j: int) -> tuple[float, float]:
+    """Return the least and the largest total contact ratio of mesh j with its centres anywhere in their clearances.
+
+    Transverse and overlap ratio together; NaN where the pair cannot mesh at one of the distances.
+    """
+    at = geometry.installed_distance(case, j)
+    play = sum(geometry.clearance_of(case, name) or 0.0 for name in case.meshes[j].rotors)
+    pair = geometry.pair_of(case, j)
+    found = [pair.at(distance).contact_ratio for distance in (at - play, at, at + play)]
+    return min(found) + pair.overlap_ratio, max(found) + pair.overlap_ratio
 
 
-def installed_contact_ratio(case: Case, j: int) -> float:
-    """Return the contact ratio of mesh j at the distance of its nominal centres; NaN where these cannot mesh."""
-    return geometry.mesh_contact_ratio(case, j, installed_distance(case, j))
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 def _ratio(case: Case, j: int) -> str:
-    """Yield notes on the contact ratio and the limits of the path of contact."""
-    mesh = case.meshes[j]
-    start, end, line = geometry.mesh_contact_path(case, j, installed_distance(case, j))
-    said = f"contact ratio {installed_contact_ratio(case, j):.4g}"
-    uncut = (end - start) / (math.pi * mesh.module * math.cos(mesh.pressure_angle))
-    pinion, wheel = sorted((mesh.driver, mesh.driven), key=lambda name: geometry.teeth_of(case, name))
+    """Return contact ratio, working angle and limits of the path of contact as text."""
+    pair = geometry.installed_pair(case, j)
+    said = f"contact ratio {pair.contact_ratio:.4g}"
+    first, second = geometry.gears_of_pair(case, j)
     cuts = [
-        f"the tips of {one} would reach {1e3 * beyond:.3g} mm beyond the base tangent point of {other}, where it has no "
-        f"involute (interference), so the path of contact {verb} there"
-        for one, other, beyond, verb in (
-            (wheel, pinion, -start, "begins"),
-            (pinion, wheel, end - line, "ends"),
+        f"the tip of {one} stands {1e3 * beyond:.3f} mm inside the base tangent point of {other}, where there is no involute "
+        f"(interference; clean from a tip diameter of {1e3 * clean:.7g} mm{less}), so the path of contact {verb} there"
+        for one, other, beyond, clean, less, verb in (
+            (
+                second,
+                first,
+                -pair.path.tip_of_second,
+                pair.clean_tip_diameter,
+                "" if pair.internal else " down",
+                "begins",
+            ),
+            (
+                first,
+                second,
+                pair.path.tip_of_first - pair.path.tangent_of_second,
+                2.0 * math.hypot(pair.base_tangent, pair.first.base_radius),
+                " down",
+                "ends",
+            ),
         )
         if beyond > 0.0
     ]
-    return f"{said} (uncut {uncut:.4g}: {' and '.join(cuts)})" if cuts else said
+    if cuts:
+        said += f" (uncut {pair.path.uncut / pair.first.base_pitch:.4g}: {' and '.join(cuts)})"
+    least, largest = contact_ratios(case, j)
+    if largest - least > SAME_RATIO:
+        said += f", {least:.4g} to {largest:.4g} within the clearances"
+    if abs(pair.working_angle - case.meshes[j].pressure_angle) > SAME_ANGLE:
+        said += f", working pressure angle {math.degrees(pair.working_angle):.4f} deg at {1e3 * pair.distance:.6g} mm"
+    if (limits := backlash_range(case, j)) is not None:
+        middle = geometry.installed_backlash(case, j) * math.cos(pair.first.base_helix)
+        said += f", normal backlash {1e6 * middle:.4g} um, by its allowances {1e6 * limits[0]:.4g} to {1e6 * limits[1]:.4g} um"
+    if pair.first.helix_angle:
+        width = f", overlap ratio {pair.overlap_ratio:.4g}" if pair.facewidth else ""
+        said += f"{width}, helical: its axial force and tilting moment are not modelled"
+    return said
 
 
 def _frequencies(case: Case, j: int) -> str:

@@ -1,29 +1,31 @@
-"""Findings about teeth: undercut, pointed tips, interference of internal pairs, contact ratio, planets that collide.
-
-Full-depth teeth without profile shift (ISO 53), as everywhere. Fouling of internal pairs: tips that meet outside the line of
-action, J. R. Colbourne, The Geometry of Involute Gears, Springer 1987.
-"""
+"""Findings about teeth as drawn: undercut, pointed tips, tip clearance, interference, contact ratio, planets that collide."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Final
 
 from gearplay.model import geometry
-from gearplay.model.check_pairs import installed_contact_ratio
-from gearplay.parts.mesh.involute import involute
-from gearplay.parts.rotor.gear import ADDENDUM
+from gearplay.model.check_pairs import contact_ratios
+from gearplay.model.massless import field_path
+from gearplay.model.teeth_stiffness import nominal_line_load
+from gearplay.parts.mesh.stiffness import TeethStiffness
 from gearplay.parts.rotor.schema import place_words
 from gearplay.schema.finding import Finding
+from gearplay.toothing.gear import DrawnGear
+from gearplay.toothing.iso6336 import light_load_factor
+from gearplay.toothing.pair import GearPair
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
-    from gearplay.parts.mesh.schema import Mesh
 
 TOLERATED: Final = 0.5
 """Teeth below the limit of undercut that do not matter: 17 at 20 deg, whose limit is 17.1."""
+LEAST_TIP_CLEARANCE: Final = 0.1
+"""Modules that should be left between tips and roots."""
 FIT: Final = 0.01
 """Part of a tooth by which a planet may miss sun and ring."""
 
@@ -31,75 +33,83 @@ FIT: Final = 0.01
 def teeth_findings(case: Case) -> Iterator[Finding]:
     """Yield findings about the teeth of a valid case."""
     seen: set[str] = set()
-    for j, mesh in enumerate(case.meshes):
-        for name in (mesh.driver, mesh.driven):
+    for j in range(len(case.meshes)):
+        pair = geometry.installed_pair(case, j)
+        for name, gear in zip(geometry.gears_of_pair(case, j), (pair.first, pair.second), strict=True):
             full = geometry.full_name(case, name)
             if full not in seen:
                 seen.add(full)
-                yield from _cut(case, mesh, name)
-                yield from _pointed(case, mesh, name)
-        yield from _contact_ratio(case, j)
-        yield from _fouling(case, j)
+                path = field_path(case, geometry.rotor_of(case, name), "teeth")
+                yield from _cut(path, gear)
+                yield from _pointed(path, gear)
+        yield from _contact_ratio(case, j, pair)
+        yield from _tip_clearance(case, j, pair)
+        yield from _fouling(case, j, pair)
+        yield from _light_load(case, j)
     yield from _planets(case)
 
 
-def _cut(case: Case, mesh: Mesh, name: str) -> Iterator[Finding]:
+def _shifted(gear: DrawnGear) -> str:
+    return f" with a profile shift of {gear.profile_shift:g}" if gear.profile_shift else ""
+
+
+def _cut(path: str, gear: DrawnGear) -> Iterator[Finding]:
     """Yield a finding for each gear that cannot have full involute flanks."""
-    z, alpha = geometry.teeth_of(case, name), mesh.pressure_angle
-    path, degrees = f"rotors.{geometry.rotor_of(case, name)}.teeth", math.degrees(alpha)
-    if geometry.gear_of(case, name).internal:
-        least = 2.0 * ADDENDUM / (1.0 - math.cos(alpha))
-        if z < least:
-            yield Finding(
-                "warning",
-                path,
-                f"the tips of {z} internal teeth of {degrees:.4g} deg lie inside their base circle, where there is no involute; "
-                f"from {math.ceil(least)} teeth on they do not. Take more teeth, or read forces near the tips with care.",
-            )
-        return
-    least = 2.0 * ADDENDUM / math.sin(alpha) ** 2
-    if z < least - TOLERATED:
+    z, degrees, alpha = gear.teeth, math.degrees(gear.pressure_angle), gear.transverse_angle
+    if gear.internal:
+        if gear.tip >= gear.base_radius:
+            return
+        least = math.ceil(
+            2.0 * (gear.addendum - gear.profile_shift) * math.cos(gear.helix_angle) / (1.0 - math.cos(alpha))
+        )
+        clean = (
+            f"from {least} teeth on they do not. Take more teeth"
+            if gear.tip_diameter is None
+            else f"from a tip diameter of {2e3 * gear.base_radius:.7g} mm on they do not. Enlarge it"
+        )
         yield Finding(
             "warning",
             path,
-            f"{z} teeth of {degrees:.4g} deg are undercut; from {round(least)} teeth on they are not. The involute near the root "
-            "is missing, so that the true contact ratio is lower. Take more teeth or a larger pressure angle.",
+            f"the tips of {z} internal teeth of {degrees:.4g} deg{_shifted(gear)} lie inside their base circle, where there is "
+            f"no involute; {clean}, or read forces near the tips with care.",
         )
-
-
-def _pointed(case: Case, mesh: Mesh, name: str) -> Iterator[Finding]:
-    """Yield a finding for each gear whose flanks of a tooth meet before its tip circle."""
-    z, alpha = geometry.teeth_of(case, name), mesh.pressure_angle
-    internal = geometry.gear_of(case, name).internal
-    if tip_thickness(z, internal, alpha) <= 0.0:
-        kind = "internal teeth" if internal else "teeth"
-        more = "" if internal or 0.25 * math.pi <= ADDENDUM * math.tan(alpha) else ", or more teeth"
+        return
+    least_teeth = (
+        2.0 * math.cos(gear.helix_angle) * (gear.straight_flank - gear.profile_shift) / math.sin(alpha) ** 2
+    )
+    if z < least_teeth - TOLERATED:
         yield Finding(
             "warning",
-            f"rotors.{geometry.rotor_of(case, name)}.teeth",
-            f"{z} {kind} of {math.degrees(alpha):.4g} deg are pointed: their flanks meet before the tip circle, so that the true "
-            f"contact ratio is lower. Take a smaller pressure angle{more}.",
+            path,
+            f"{z} teeth of {degrees:.4g} deg{_shifted(gear)} are undercut; from {round(least_teeth)} teeth on, or with a profile "
+            f"shift of {gear.profile_shift + gear.undercut:.3g}, they are not. The involute near the root is missing, so that "
+            "the true contact ratio is lower. Take more teeth, more profile shift or a larger pressure angle.",
         )
 
 
-def tip_thickness(z: int, internal: bool, alpha: float) -> float:
-    """Return the thickness of full-depth teeth along the tip circle, in modules; negative where the flanks meet before it.
+def _pointed(path: str, gear: DrawnGear) -> Iterator[Finding]:
+    """Yield a finding for each gear whose flanks of a tooth meet before its tip circle."""
+    if gear.tip_thickness > 0.0:
+        return
+    kind = "internal teeth" if gear.internal else "teeth"
+    more = (
+        ""
+        if gear.internal or 0.25 * math.pi <= gear.addendum * math.tan(gear.pressure_angle)
+        else ", or more teeth"
+    )
+    yield Finding(
+        "warning",
+        path,
+        f"{gear.teeth} {kind} of {math.degrees(gear.pressure_angle):.4g} deg{_shifted(gear)} are pointed: their flanks meet "
+        f"before the tip circle, so that the true contact ratio is lower. Take a smaller pressure angle{more}"
+        f"{', less profile shift or a lower addendum' if gear.profile_shift else ''}.",
+    )
 
-    s_a = d_a (pi / (2 z) + inv alpha - inv alpha_a) of an external gear, with both inv terms reversed of a ring, whose teeth
-    are the spaces of an external gear. A ring's tip within its base circle is as thick as at that circle.
 
-    >>> round(tip_thickness(20, False, math.radians(20.0)), 3), tip_thickness(40, True, math.radians(45.0)) < 0.0
-    (0.695, True)
-    """
-    sign = -1.0 if internal else 1.0
-    base, tip = 0.5 * z * math.cos(alpha), 0.5 * z + sign * ADDENDUM
-    at_tip = involute(math.acos(min(1.0, base / max(tip, base))))
-    return 2.0 * tip * (0.5 * math.pi / z + sign * (involute(alpha) - at_tip))
-
-
-def _contact_ratio(case: Case, j: int) -> Iterator[Finding]:
-    nominal, installed = geometry.mesh_contact_ratio(case, j), installed_contact_ratio(case, j)
+def _contact_ratio(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
+    installed = pair.contact_ratio + pair.overlap_ratio
     if installed < 1.0:
+        nominal = geometry.pair_of(case, j).contact_ratio + pair.overlap_ratio
         where = (
             ""
             if abs(installed - nominal) < 0.005
@@ -111,42 +121,67 @@ def _contact_ratio(case: Case, j: int) -> Iterator[Finding]:
             f"the contact ratio, {installed:.2f}{where}, is below 1: between two pairs of teeth nothing would be in contact. "
             "Check teeth, module, pressure angle and positions.",
         )
-
-
-def _fouling(case: Case, j: int) -> Iterator[Finding]:
-    """Yield a finding for each internal pair whose tips meet away from the line of action."""
-    mesh = case.meshes[j]
-    ring = geometry.ring_of(case, mesh)
-    if ring is None:
         return
-    pinion = mesh.driven if mesh.driver == ring else mesh.driver
-    z_1, z_2 = geometry.teeth_of(case, pinion), geometry.teeth_of(case, ring)
-    if fouls(z_1, z_2, mesh.pressure_angle):
-        least = next(z for z in range(z_2, z_2 + 200) if not fouls(z_1, z, mesh.pressure_angle))
+    least, _ = contact_ratios(case, j)
+    if least < 1.0:
         yield Finding(
             "warning",
             f"meshes.{j}",
-            f"{z_1} teeth in {z_2}: their tips foul each other beside the mesh, which is not modelled. "
-            f"Take at least {least} teeth for the ring, or fewer for the pinion.",
+            f"the contact ratio, {installed:.3g}, falls to {least:.3g} where the clearances let the centres "
+            f"{'together' if pair.internal else 'apart'}: between two pairs of teeth nothing would be in contact. Lower the "
+            "clearances, or lengthen the addenda.",
         )
 
 
-def fouls(z_1: int, z_2: int, alpha: float) -> bool:
-    """Return whether tips of full-depth teeth z_1 inside z_2 meet outside the line of action, at the nominal distance.
+def _tip_clearance(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
+    """Yield a finding for tips too near to the roots of the other gear."""
+    names = geometry.gears_of_pair(case, j)
+    for one, other, gap in zip(names, names[::-1], pair.tip_clearances, strict=True):
+        if gap < LEAST_TIP_CLEARANCE * pair.first.module:
+            yield Finding(
+                "warning",
+                f"meshes.{j}",
+                f"{1e3 * gap:.3f} mm are left between the tips of {one} and the roots of {other}, "
+                f"{gap / pair.first.module:.2g} modules, where {LEAST_TIP_CLEARANCE:g} are usual at least. Shorten the tips "
+                f"(tip_diameter of {one}), cut deeper, or correct the centre distance.",
+            )
 
-    >>> fouls(29, 30, math.radians(20.0)), fouls(24, 34, math.radians(20.0))
-    (True, False)
-    """
-    r_1, r_2, h = 0.5 * z_1, 0.5 * z_2, ADDENDUM
-    tip_1, tip_2, distance = r_1 + h, r_2 - h, r_2 - r_1
-    base_1, base_2 = r_1 * math.cos(alpha), r_2 * math.cos(alpha)
-    turn_1 = (tip_2**2 - tip_1**2 - distance**2) / (2.0 * distance * tip_1)
-    turn_2 = (tip_2**2 - tip_1**2 + distance**2) / (2.0 * distance * tip_2)
-    if abs(turn_1) >= 1.0 or abs(turn_2) >= 1.0:  # the tip circles do not cross
-        return tip_2 <= tip_1 - distance
-    angle_1 = math.acos(turn_1) + involute(math.acos(base_1 / tip_1)) - involute(alpha)
-    at_tip = involute(math.acos(min(1.0, base_2 / tip_2)))
-    return angle_1 * z_1 / z_2 + involute(alpha) - at_tip < math.acos(turn_2)
+
+def _fouling(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
+    """Yield a finding for each internal pair whose tips meet away from the line of action."""
+    if not pair.tips_foul:
+        return
+    z_1, z_2 = pair.first.teeth, pair.second.teeth
+    cure = "Shorten the tips"
+    if pair.first.tip_diameter is None and pair.second.tip_diameter is None:
+        least = next((z for z in range(z_2, z_2 + 200) if not _with_ring(pair, z).tips_foul), None)
+        if least is not None:
+            cure = f"Take at least {least} teeth for the ring, or fewer for the pinion"
+    yield Finding(
+        "warning",
+        f"meshes.{j}",
+        f"{z_1} teeth in {z_2}: their tips foul each other beside the mesh, which is not modelled. {cure}.",
+    )
+
+
+def _light_load(case: Case, j: int) -> Iterator[Finding]:
+    """Yield a note on the load at which ISO 6336-1 gives the stiffness of the teeth."""
+    mesh = case.meshes[j]
+    if not isinstance(mesh.stiffness, TeethStiffness) or mesh.stiffness.method != "iso6336":
+        return
+    load = mesh.stiffness.line_load or nominal_line_load(case, j)
+    words = "the case has no load, so that the stiffness of the teeth is that above 100 N/mm of facewidth"
+    if load is not None:
+        factor = light_load_factor(load)
+        words = f"at F_t/b = {1e-3 * load:.4g} N/mm the teeth have {factor:.3g} of the stiffness above 100 N/mm (ISO 6336-1)"
+        if factor == 1.0:
+            return
+    yield Finding("note", f"meshes.{j}.stiffness", f"{words}. Give line_load for another.")
+
+
+def _with_ring(pair: GearPair, teeth: int) -> GearPair:
+    other = GearPair(pair.first, replace(pair.second, teeth=teeth), math.nan)
+    return other.at(other.shifted_distance)
 
 
 def _planets(case: Case) -> Iterator[Finding]:
@@ -173,10 +208,10 @@ def _planets(case: Case) -> Iterator[Finding]:
 
 def _tip_radius(case: Case, name: str) -> float:
     radii = [
-        geometry.pitch_radius(case, mesh, called) + ADDENDUM * mesh.module
-        for mesh in case.meshes
-        for called in (mesh.driver, mesh.driven)
-        if geometry.rotor_of(case, called) == name and not geometry.gear_of(case, called).internal
+        gear.tip
+        for j in range(len(case.meshes))
+        for called, gear in zip(geometry.gears_of_pair(case, j), geometry.gears_of(case, j), strict=True)
+        if geometry.rotor_of(case, called) == name and not gear.internal
     ]
     return max(radii, default=0.0)
 

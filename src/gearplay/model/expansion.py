@@ -18,6 +18,8 @@ from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 if TYPE_CHECKING:
     from gearplay.model.case import Case
     from gearplay.parts.environment import Environment
+    from gearplay.parts.rotor.gear import Gear
+    from gearplay.parts.rotor.schema import Rotor
 
 KELVIN = 273.15
 
@@ -110,16 +112,24 @@ def _moved(case: "Case", factors: _Factors) -> dict[str, tuple[float, float]]:
 
 
 def _grown(case: "Case", name: str, factor: float) -> dict[str, object]:
-    """Return a rotor's runouts as they have grown."""
+    """Return a rotor's runouts and the lengths of its drawings as they have grown."""
     rotor = case.rotors[name]
     gears = {
-        called: gear.model_copy(
-            update={"runout": gear.runout.model_copy(update={"amplitude": factor * gear.runout.amplitude})}
-        )
-        for called, gear in rotor.gears.items()
+        called: gear.model_copy(update=_grown_teeth(gear, factor)) for called, gear in rotor.gears.items()
     }
-    own = rotor.runout.model_copy(update={"amplitude": factor * rotor.runout.amplitude})
-    return {"runout": own, "gears": FrozenTable(gears)}
+    return {**_grown_teeth(rotor, factor), "gears": FrozenTable(gears)}
+
+
+def _grown_teeth(gear: "Gear | Rotor", factor: float) -> dict[str, object]:
+    lengths = {
+        field: factor * value
+        for field in ("tip_diameter", "bore", "facewidth", "thickness")
+        if (value := getattr(gear, field)) is not None
+    }
+    return {
+        "runout": gear.runout.model_copy(update={"amplitude": factor * gear.runout.amplitude}),
+        **lengths,
+    }
 
 
 def _expanded_mesh(case: "Case", j: int, factors: _Factors) -> object:
@@ -127,7 +137,15 @@ def _expanded_mesh(case: "Case", j: int, factors: _Factors) -> object:
     a, b, r_a, r_b = geometry.signed_radii(case, j)
     f_a, f_b = (factors.rotors[geometry.rotor_of(case, name)] for name in (a, b))
     factor = (r_a * f_a + r_b * f_b) / (r_a + r_b)
-    return mesh.model_copy(update={"module": factor * mesh.module, "backlash": factor * mesh.backlash})
+    pair = geometry.pair_of(case, j)
+    normal = math.cos(pair.first.base_helix) if pair.first.helix_angle else 1.0
+    update: dict[str, object] = {
+        "module": factor * mesh.module,
+        "backlash": factor * geometry.working_backlash(case, j) * normal,
+    }
+    if mesh.center_distance is not None or pair.first.profile_shift or pair.second.profile_shift:
+        update |= {"center_distance": factor * pair.distance, "center_distance_allowance": None}
+    return mesh.model_copy(update=update)
 
 
 def thermal_changes(case: "Case") -> dict[str, str]:
@@ -141,9 +159,10 @@ def thermal_changes(case: "Case") -> dict[str, str]:
         one, other = mesh.rotors
         cold, warm = (math.dist(at[one], at[other]) for at in (cold_centres, hot_centres))
         play, left = (geometry.installed_backlash(each, j) for each in (case, hot))
-        gears = geometry.nominal_center_distance(hot, j) - geometry.nominal_center_distance(case, j)
+        gears = geometry.working_distance(hot, j) - geometry.working_distance(case, j)
         beyond = warm - cold - gears
-        first = (1.0 if geometry.ring_of(case, mesh) is None else -1.0) * 2.0 * math.sin(mesh.pressure_angle)
+        pair = geometry.pair_of(case, j)
+        first = pair.second.sign * 2.0 * math.sin(pair.working_angle)
         texts[f"meshes.{j}"] = (
             f"at temperature the centre distance is {1e3 * warm:.6g} mm, {1e6 * (warm - cold):+.1f} um, which is "
             f"{1e6 * beyond:+.1f} um beyond its gears; the backlash is {1e6 * left:.1f} um, {1e6 * (left - play):+.1f} um "

@@ -5,8 +5,11 @@ from typing import TYPE_CHECKING
 
 from gearplay.model.traversal import mesh_order
 from gearplay.parts.mesh.involute import involute, involute_from_distance
-from gearplay.parts.rotor.gear import ADDENDUM, split_name
+from gearplay.parts.rotor.allowance import allowance_middle
+from gearplay.parts.rotor.gear import split_name
 from gearplay.parts.rotor.schema import POSITION_TOLERANCE, place_words
+from gearplay.toothing.gear import DrawnGear
+from gearplay.toothing.pair import GearPair
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -54,119 +57,130 @@ def teeth_of(case: "Case", name: str) -> int:
 
 
 def pitch_radius(case: "Case", mesh: "Mesh", name: str) -> float:
-    """Return the reference pitch radius m z / 2 [m] of one gear of a mesh."""
-    return 0.5 * mesh.module * teeth_of(case, name)
+    """Return the reference radius m_t z / 2 [m] of one gear of a mesh."""
+    module, helix = mesh.module, gear_of(case, name).helix_angle
+    return 0.5 * (module / math.cos(helix) if helix else module) * teeth_of(case, name)
+
+
+def transverse_angle(case: "Case", mesh: "Mesh") -> float:
+    """Return the transverse pressure angle alpha_t of a mesh at its reference circles [rad]."""
+    helix = gear_of(case, mesh.driver).helix_angle
+    return math.atan(math.tan(mesh.pressure_angle) / math.cos(helix)) if helix else mesh.pressure_angle
 
 
 def base_radii(case: "Case", j: int) -> tuple[float, float]:
-    """Return the base radii r_b = m z cos(alpha0) / 2 [m] of mesh j's driver and driven gear."""
+    """Return the base radii r_b = r cos(alpha_t) [m] of mesh j's driver and driven gear."""
     mesh = case.meshes[j]
-    c = math.cos(mesh.pressure_angle)
+    c = math.cos(transverse_angle(case, mesh))
     return pitch_radius(case, mesh, mesh.driver) * c, pitch_radius(case, mesh, mesh.driven) * c
 
 
-def nominal_center_distance(case: "Case", j: int) -> float:
-    """Return A0 [m]: m (z_g - z_p) / 2 for an internal, m (z_1 + z_2) / 2 for an external pair."""
+def gears_of_pair(case: "Case", j: int) -> tuple[str, str]:
+    """Return the names of mesh j's gears, first and second of its `GearPair`: of an internal pair pinion and ring."""
     mesh = case.meshes[j]
-    r_1, r_2 = pitch_radius(case, mesh, mesh.driver), pitch_radius(case, mesh, mesh.driven)
-    return abs(r_2 - r_1) if ring_of(case, mesh) else r_1 + r_2
+    return (mesh.driven, mesh.driver) if mesh.driver == ring_of(case, mesh) else (mesh.driver, mesh.driven)
 
 
-def contact_path(
-    z_1: int, z_2: int, internal: bool, module: float, alpha: float, distance: float | None = None
-) -> tuple[float, float, float]:
-    """Return where the tip circles of full-depth teeth cut the line of action: start, end and length of the line [m].
+def gears_of(case: "Case", j: int, place: float = 0.5) -> tuple[DrawnGear, DrawnGear]:
+    """Return mesh j's gears as drawn, in the order of `gears_of_pair`.
 
-    ``z_1`` is the pinion (the smaller gear), ``z_2`` the ring of an internal pair; ``module`` in m, ``alpha`` in rad,
-    ``distance`` of the centres in m, the nominal one if None. The start is that of the tip of gear 2, the end that of the
-    pinion's tip, both counted from the pinion's base tangent point T1. The line ends at the tangent point of gear 2 of an
-    external pair, at infinity for a ring. A start below 0 or an end beyond the line is interference: the tip would touch
-    within the other gear's base circle, where there is no involute. NaN at a distance at which they cannot mesh.
-    ISO 21771-1; J. R. Colbourne, The Geometry of Involute Gears, 1987.
+    ``place`` of tooth thicknesses between their lower (0) and upper (1) limits.
     """
-
-    def beyond_base(r_tip: float, r_base: float) -> float:
-        return math.sqrt(max(r_tip * r_tip - r_base * r_base, 0.0))
-
-    r_1, r_2 = 0.5 * module * z_1, 0.5 * module * z_2
-    b_1, b_2 = r_1 * math.cos(alpha), r_2 * math.cos(alpha)
-    nominal, least = (r_2 - r_1, b_2 - b_1) if internal else (r_1 + r_2, b_1 + b_2)
-    if distance is None:
-        across = nominal * math.sin(alpha)
-    elif distance <= least:
-        return math.nan, math.nan, math.nan
-    else:
-        across = math.sqrt(distance * distance - least * least)
-    end = beyond_base(r_1 + ADDENDUM * module, b_1)
-    if internal:
-        return beyond_base(r_2 - ADDENDUM * module, b_2) - across, end, math.inf
-    return across - beyond_base(r_2 + ADDENDUM * module, b_2), end, across
+    mesh = case.meshes[j]
+    first, second = (
+        gear.drawing(
+            mesh.module, mesh.pressure_angle, teeth_of(case, name), internal=gear.internal, place=place
+        )
+        for name in gears_of_pair(case, j)
+        if (gear := gear_of(case, name))
+    )
+    return first, second
 
 
-def contact_ratio(
-    z_1: int, z_2: int, internal: bool, module: float, alpha: float, distance: float | None = None
-) -> float:
-    """Return the transverse contact ratio of full-depth teeth (addendum 1 m) at a centre ``distance`` [m], nominal if None.
+def pair_of(case: "Case", j: int) -> GearPair:
+    """Return mesh j's gears as drawn at their working centre distance; see `working_distance`."""
+    pair = GearPair(*gears_of(case, j), math.nan)
+    return pair.at(_working_distance(case, j, pair))
 
-    The path of contact between the tip circles, cut at the base tangent points (`contact_path`), over the base pitch.
-    NaN at a distance at which they cannot mesh.
 
-    >>> round(contact_ratio(20, 20, False, 0.004, math.radians(20.0)), 4)
-    1.5568
-    >>> round(contact_ratio(18, 48, True, 0.001, math.radians(20.0)), 3)  # cut at the pinion's tangent point, else 2.02
-    1.808
+def _working_distance(case: "Case", j: int, pair: GearPair) -> float:
+    mesh = case.meshes[j]
+    if mesh.center_distance is not None:
+        return mesh.center_distance
+    if pair.first.profile_shift or pair.second.profile_shift:
+        one, other = (case.rotors[name].position for name in mesh.rotors)
+        return pair.shifted_distance if one is None or other is None else math.dist(one, other)
+    return pair.reference_distance
+
+
+def working_distance(case: "Case", j: int) -> float:
+    """Return the working centre distance [m] of mesh j, at which its backlash counts.
+
+    Given; else by the positions of gears with profile shift; else that at which the shifts leave no backlash, without them
+    m_t (z_1 + z_2) / 2 of an external and m_t (z_2 - z_1) / 2 of an internal pair.
     """
-    start, end, line = contact_path(z_1, z_2, internal, module, alpha, distance)
-    if math.isnan(start):
-        return math.nan
-    return (min(end, line) - max(start, 0.0)) / (math.pi * module * math.cos(alpha))
+    return pair_of(case, j).distance
 
 
-def mesh_contact_path(case: "Case", j: int, distance: float | None = None) -> tuple[float, float, float]:
-    """Return start, end and line of mesh j's path of contact [m] at a centre ``distance`` [m]; see `contact_path`."""
-    mesh = case.meshes[j]
-    z_1, z_2 = sorted((teeth_of(case, mesh.driver), teeth_of(case, mesh.driven)))
-    internal = ring_of(case, mesh) is not None
-    return contact_path(z_1, z_2, internal, mesh.module, mesh.pressure_angle, distance)
+def placed_distance(case: "Case", j: int) -> float:
+    """Return the distance [m] at which `centres` places the gears of mesh j: the working one at the middle of its allowance."""
+    return working_distance(case, j) + allowance_middle(case.meshes[j].center_distance_allowance)
 
 
-def mesh_contact_ratio(case: "Case", j: int, distance: float | None = None) -> float:
-    """Return the contact ratio of mesh j at a centre ``distance`` [m], the nominal one if None; see `contact_ratio`."""
-    mesh = case.meshes[j]
-    z_1, z_2 = sorted((teeth_of(case, mesh.driver), teeth_of(case, mesh.driven)))
-    internal = ring_of(case, mesh) is not None
-    return contact_ratio(z_1, z_2, internal, mesh.module, mesh.pressure_angle, distance)
+def installed_distance(case: "Case", j: int) -> float:
+    """Return the distance [m] of the nominal centres of mesh j."""
+    at = centres(case)
+    return math.dist(*(at[name] for name in case.meshes[j].rotors))
+
+
+def installed_pair(case: "Case", j: int) -> GearPair:
+    """Return mesh j's gears as drawn at the distance of their nominal centres."""
+    pair, distance = pair_of(case, j), installed_distance(case, j)
+    return pair if abs(distance - pair.distance) < 1e-12 * pair.distance else pair.at(distance)
+
+
+def working_backlash(case: "Case", j: int) -> float:
+    """Return the transverse backlash [m] of mesh j along the line of action at its working centre distance.
+
+    Given: normal, as the angle of the driven gear or as an arc of the working pitch circle; else by thicknesses and allowances.
+    """
+    given, pair = case.meshes[j].backlash, pair_of(case, j)
+    if given is None:
+        return pair.backlash
+    if isinstance(given, float):
+        return given if pair.first.helix_angle == 0.0 else given / math.cos(pair.first.base_helix)
+    if given.angle is not None:
+        return given.angle * base_radii(case, j)[1]
+    assert given.circumferential is not None, "validated"
+    return given.circumferential * math.cos(pair.working_angle)
 
 
 def jam_ratio(case: "Case", j: int) -> float:
-    """Return 2 sin(alpha0) (sum of both radial clearances) / b of mesh j: wedging is possible above 1.
+    """Return 2 sin(alpha_w) (sum of both radial clearances) / b of mesh j: wedging is possible above 1.
 
-    b is the backlash at the distance of the nominal centres. Infinite where it is 0 or less and a clearance is left; 0 without
-    clearances.
+    alpha_w is the working pressure angle, b the backlash at the distance of the nominal centres. Infinite where that is 0 or less
+    and a clearance is left; 0 without clearances.
     """
-    mesh = case.meshes[j]
-    play = sum(clearance_of(case, name) or 0.0 for name in mesh.rotors)
+    play = sum(clearance_of(case, name) or 0.0 for name in case.meshes[j].rotors)
     backlash = installed_backlash(case, j)
     if backlash > 0.0:
-        return 2.0 * math.sin(mesh.pressure_angle) * play / backlash
+        return 2.0 * math.sin(pair_of(case, j).working_angle) * play / backlash
     return math.inf if play > 0.0 or backlash < 0.0 else 0.0
 
 
 def installed_backlash(case: "Case", j: int) -> float:
-    """Return the backlash b_t [m] of mesh j at the distance of its nominal centres: b0 where that is the nominal one.
+    """Return the transverse backlash b_t [m] of mesh j at the distance of its nominal centres; NaN where it cannot mesh.
 
-    b_t = b0 - 2 s c0 (inv alpha_w - inv alpha0), (4); of positions that cannot mesh NaN.
+    b_t = b_w -+ 2 c0 (inv alpha_w - inv alpha), (4), b_w that at the working distance.
     """
-    mesh = case.meshes[j]
-    at, nominal = centres(case), nominal_center_distance(case, j)
-    distance = math.dist(*(at[name] for name in mesh.rotors))
-    if abs(distance - nominal) < 1e-12 * nominal:
-        return mesh.backlash
-    c0 = nominal * math.cos(mesh.pressure_angle)
-    if distance <= c0:
+    pair, distance = pair_of(case, j), installed_distance(case, j)
+    given = working_backlash(case, j)
+    if abs(distance - pair.distance) < 1e-12 * pair.distance:
+        return given
+    if distance <= pair.least_distance:
         return math.nan
-    opening = involute_from_distance(distance, c0) - involute(mesh.pressure_angle)
-    return mesh.backlash + (2.0 if ring_of(case, mesh) is None else -2.0) * c0 * opening
+    opening = involute_from_distance(distance, pair.least_distance) - involute(pair.working_angle)
+    return given + 2.0 * pair.second.sign * pair.least_distance * opening
 
 
 def amplitude_bound(radial_clearance: float, frequency: float) -> float:
@@ -267,8 +281,8 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
 
 
 def _way(case: "Case", j: int, known: str) -> tuple[float, float]:
-    """Return the vector [m] from the centre of a rotor of mesh j to the other's, at the nominal distance."""
-    mesh, A0 = case.meshes[j], nominal_center_distance(case, j)
+    """Return the vector [m] from the centre of a rotor of mesh j to the other's, at `placed_distance`."""
+    mesh, A0 = case.meshes[j], placed_distance(case, j)
     if mesh.angle is not None:
         step = A0 if known == mesh.rotors[0] else -A0
         return step * math.cos(mesh.angle), step * math.sin(mesh.angle)

@@ -15,7 +15,6 @@ from gearplay.parts.mesh import flank, tooth_stiffness
 from gearplay.parts.mesh import geometry as mesh_geometry
 from gearplay.parts.mesh import law as mesh_element
 from gearplay.parts.mesh.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
-from gearplay.parts.rotor.gear import ADDENDUM, DEDENDUM
 from gearplay.parts.rotor.schema import place_words
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -63,40 +62,38 @@ def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, flo
     a, b, r_a, r_b = geometry.signed_radii(case, j)
     frame = geometry.mesh_frame(case, j)
     m.kind = _mesh_kind(case)
-    cosine = math.cos(mesh.pressure_angle)
+    pair = geometry.pair_of(case, j)
+    cosine = math.cos(pair.first.transverse_angle)
     m.c0 = abs(r_a + r_b) * cosine
     foot, tip = geometry.rotor_of(case, a), geometry.rotor_of(case, b)
     dx, dy = centres[tip][0] - centres[foot][0], centres[tip][1] - centres[foot][1]
     m.A0 = math.hypot(dx, dy)
     m.s = -1.0 if r_a > 0.0 else 1.0
-    # Two modules one way (apart for an external pair, together for an internal one) the tips leave each other;
-    # a quarter module the other way they strike the roots, which is not modelled.
-    nominal = abs(r_a + r_b)
-    leave = 2.0 * ADDENDUM * mesh.module
-    strike = (DEDENDUM - ADDENDUM) * mesh.module
-    m.A_min = max(m.c0, nominal - (strike if m.s < 0.0 else leave))
-    m.A_max = nominal + (leave if m.s < 0.0 else strike)
+    # Between the distance where tips leave each other and that where they strike roots, which is not modelled.
+    working = pair.distance
+    m.A_min, m.A_max = pair.range_of_distances
+    m.A_min = max(m.A_min, m.c0)
     if not m.A_min < m.A0 < m.A_max:
         way = (dx / m.A0, dy / m.A0) if m.A0 > 0.0 else (1.0, 0.0)
-        place = place_words(*(c + nominal * each for c, each in zip(centres[foot], way, strict=True)))
+        place = place_words(*(c + working * each for c, each in zip(centres[foot], way, strict=True)))
         raise InputError(
             [
                 Fault(
                     f"rotors.{tip}.position",
                     f"{1e3 * m.A0:.6g} mm from {foot}",
                     f"the centres of mesh {j} must be between {1e3 * m.A_min:.6g} mm and {1e3 * m.A_max:.6g} mm apart",
-                    f"Place them {1e3 * nominal:.6g} mm apart, {tip} at {place}, or leave the position out.",
+                    f"Place them {1e3 * working:.6g} mm apart, {tip} at {place}, or leave the position out.",
                 )
             ]
         )
     m.u0_x, m.u0_y = dx / m.A0, dy / m.A0
     m.cos_alpha0 = m.c0 / m.A0
     m.sin_alpha0 = math.sqrt(1.0 - m.cos_alpha0**2)
-    m.inv_alpha0 = involute(mesh.pressure_angle)
-    m.A_nominal_squared = nominal * nominal
+    m.inv_alpha0 = involute(pair.working_angle)
+    m.A_nominal_squared = working * working
     m.inv_A_nominal_squared = 1.0 / m.A_nominal_squared
-    at_nominal = abs(m.A0 - nominal) < 1e-12 * nominal
-    m.opening0 = 0.0 if at_nominal else m.s * m.c0 * (involute_from_distance(m.A0, m.c0) - m.inv_alpha0)
+    at_working = abs(m.A0 - working) < 1e-12 * working
+    m.opening0 = 0.0 if at_working else m.s * m.c0 * (involute_from_distance(m.A0, m.c0) - m.inv_alpha0)
     radius = (
         1.0
         if m.kind in (mesh_geometry.MESH_PRINTED_COUPLED, mesh_geometry.MESH_PRINTED_UNCOUPLED)
@@ -113,13 +110,13 @@ def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, flo
     m.sigma = -1.0 if turning < 0.0 else 1.0
     if mesh.driver == geometry.ring_of(case, mesh):
         m.sigma = -m.sigma
-    m.backlash = mesh.backlash
+    m.backlash = geometry.working_backlash(case, j)
     m.z_driver = float(geometry.teeth_of(case, mesh.driver))
     m.friction, m.friction_speed = mesh.friction_coefficient, mesh.friction_speed
     m.pitch_phase = mesh.friction_phase
     # The contact goes along the drive flanks' line of action by a base pitch a tooth, forwards on a, backwards on b.
     forwards = math.copysign(1.0, m.rho_a) if m.driver == m.a else -math.copysign(1.0, m.rho_b)
-    m.way = 0.5 * m.sigma * forwards * mesh.module * cosine
+    m.way = 0.5 * m.sigma * forwards * pair.first.transverse_module * cosine
 
 
 def harmonic_rows(rows: Iterable[Sequence[float]]) -> list[list[float]]:
@@ -148,7 +145,7 @@ def pack_meshes(
         m.psi_0 = phases[j]
         k = pack_stiffness(case, j)
         m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
-        series, m.u_series = involute_series(mesh.pressure_angle)
+        series, m.u_series = involute_series(geometry.pair_of(case, j).working_angle)
         involutes.append(series)
         if k.kind == tooth_stiffness.STIFFNESS_SPLINE:
             m.stiffness_start, m.stiffness_count = len(spline), len(k.rows)

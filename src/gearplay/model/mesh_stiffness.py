@@ -1,20 +1,21 @@
-"""Mesh stiffness from terms, square wave, table, or geometry by ISO 6336-1."""
+"""Mesh stiffness from terms, square wave, table, ISO 6336-1 or the teeth as drawn."""
 
-import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model.geometry import mesh_contact_ratio, ring_of, teeth_of
+from gearplay.model.geometry import gears_of, pair_of
+from gearplay.model.teeth_stiffness import stiffness_table
 from gearplay.parts.mesh.tooth_stiffness import STIFFNESS_FOURIER, STIFFNESS_SPLINE, STIFFNESS_SQUARE
 from gearplay.schema.records import extremes
+from gearplay.toothing.gear import DrawnGear
+from gearplay.toothing.iso6336 import STEEL, mean_factor, single_stiffness
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
 
-STEEL = 206e9  # Pa, the modulus for which ISO 6336-1 gives its constants
 FINEST = 1024.0
 """Highest order per mesh period that a table makes the step resolve, that of 4096 equal steps."""
 
@@ -36,6 +37,19 @@ class PackedStiffness(NamedTuple):
             return self.duty * self.mean + (1.0 - self.duty) * self.single
         return self.mean
 
+    def at(self, psi: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return K [N/m] at mesh phases [rad]."""
+        if self.kind == STIFFNESS_FOURIER:
+            order, amplitude, phase = self.rows.T
+            return self.mean + np.asarray(np.cos(np.multiply.outer(psi, order) + phase) @ amplitude)
+        turned = (psi + self.phase) % (2.0 * np.pi)
+        if self.kind == STIFFNESS_SQUARE:
+            return np.where(turned < 2.0 * np.pi * self.duty, self.mean, self.single)
+        piece = np.searchsorted(self.rows[:, 0], turned, side="right") - 1
+        x = (turned - self.rows[piece, 0]) % (2.0 * np.pi)
+        c = self.rows[piece, 1:]
+        return np.asarray(c[:, 0] + x * (c[:, 1] + x * (c[:, 2] + x * c[:, 3])))
+
     @property
     def highest(self) -> float:
         """An upper bound [N/m]; of a table its maximum."""
@@ -54,28 +68,19 @@ class PackedStiffness(NamedTuple):
 
 
 def iso6336_mesh_stiffness(
-    z_1: int,
-    z_2: int,
-    internal: bool,
-    contact_ratio: float,
-    facewidth: float,
-    modulus: float,
-    pressure_angle: float = math.radians(20.0),
+    pinion: DrawnGear, wheel: DrawnGear, contact_ratio: float, facewidth: float, modulus: float
 ) -> float:
-    """Return the mean mesh stiffness k_m = c_gamma b [N/m] of spur gears, ISO 6336-1 method B.
+    """Return the mean mesh stiffness k_m = c_gamma b [N/m], ISO 6336-1 method B, c_gamma = c' (0.75 eps_alpha + 0.25).
 
-    q' = 0.04723 + 0.15551/z_n1 + 0.25791/z_n2 [mm um/N] (z_n2 infinite for a ring), c' = C_M C_B / q' with C_M = 0.8 and
-    C_B = 0.975 (1 - 0.02 (20 deg - alpha)) (basic rack with dedendum 1.25 m), c_gamma = c' (0.75 eps_alpha + 0.25).
-    Without profile shift, solid discs, line load above 100 N/mm: at the light loads of small mechanisms the true value is
-    lower. ``facewidth`` in m, ``modulus`` in Pa, ``pressure_angle`` of the basic rack in rad.
+    Solid discs, line load above 100 N/mm: at the light loads of small mechanisms the true value is lower. ``facewidth`` in m,
+    ``modulus`` in Pa.
 
-    >>> f"{iso6336_mesh_stiffness(20, 60, True, 1.95, 0.006, 206e9):.3g}"
+    >>> gears = DrawnGear(teeth=20, module=4e-3), DrawnGear(teeth=60, module=4e-3, internal=True)
+    >>> f"{iso6336_mesh_stiffness(*gears, 1.95, 0.006, 206e9):.3g}"
     '1.46e+08'
     """
-    q = 0.04723 + 0.15551 / z_1 + (0.0 if internal else 0.25791 / z_2)
-    rack = 0.975 * (1.0 - 0.02 * (20.0 - math.degrees(pressure_angle)))
-    single = 0.8 * rack / q * modulus / STEEL
-    return single * (0.75 * contact_ratio + 0.25) * 1e9 * facewidth
+    single = single_stiffness(pinion, wheel) * modulus / STEEL
+    return single * mean_factor(contact_ratio) * 1e9 * facewidth
 
 
 def _widths(starts: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -137,7 +142,7 @@ def pack_stiffness(case: "Case", j: int) -> PackedStiffness:
         rows = np.array([[float(t.order), t.amplitude, t.phase] for t in given.terms]).reshape(-1, 3)
         return PackedStiffness(STIFFNESS_FOURIER, given.mean, 0.0, 1.0, 0.0, rows)
     if given.kind == "square":
-        ratio = given.contact_ratio if given.contact_ratio is not None else mesh_contact_ratio(case, j)
+        ratio = given.contact_ratio if given.contact_ratio is not None else pair_of(case, j).contact_ratio
         if ratio >= 2.0:
             raise InputError(
                 [
@@ -153,14 +158,19 @@ def pack_stiffness(case: "Case", j: int) -> PackedStiffness:
         duty = max(ratio - 1.0, 0.0)
         return PackedStiffness(STIFFNESS_SQUARE, given.double, given.single, duty, given.phase, none)
     if given.kind == "table":
-        pieces = _pieces(given.phase, given.stiffness)
-        widths = _widths(pieces[:, 0])
-        powers = np.array([widths ** (i + 1) / (i + 1) for i in range(4)])
-        mean = float(np.sum(pieces[:, 1:].T * powers) / (2.0 * np.pi))
-        return PackedStiffness(STIFFNESS_SPLINE, mean, 0.0, 1.0, 0.0, pieces)
-    z_1, z_2 = sorted((teeth_of(case, mesh.driver), teeth_of(case, mesh.driven)))
-    ring = ring_of(case, mesh) is not None
-    ratio = mesh_contact_ratio(case, j)
-    k_m = iso6336_mesh_stiffness(z_1, z_2, ring, ratio, given.facewidth, given.modulus, mesh.pressure_angle)
+        return _of_pieces(_pieces(given.phase, given.stiffness))
+    if given.kind == "teeth":
+        return _of_pieces(stiffness_table(case, j))
+    pinion, wheel = sorted(gears_of(case, j), key=lambda gear: (gear.internal, gear.teeth))
+    k_m = iso6336_mesh_stiffness(
+        pinion, wheel, pair_of(case, j).contact_ratio, given.facewidth, given.modulus
+    )
     rows = np.array([[1.0, given.amplitude_ratio * k_m, given.phase]]) if given.amplitude_ratio else none
     return PackedStiffness(STIFFNESS_FOURIER, k_m, 0.0, 1.0, 0.0, rows)
+
+
+def _of_pieces(pieces: NDArray[np.float64]) -> PackedStiffness:
+    widths = _widths(pieces[:, 0])
+    powers = np.array([widths ** (i + 1) / (i + 1) for i in range(4)])
+    mean = float(np.sum(pieces[:, 1:].T * powers) / (2.0 * np.pi))
+    return PackedStiffness(STIFFNESS_SPLINE, mean, 0.0, 1.0, 0.0, pieces)

@@ -15,7 +15,7 @@ from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
 from gearplay.model.massless import refuse_massless
 from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
 from gearplay.model.natural_sizes import natural_sizes
-from gearplay.model.tooth_loads import damping_depths
+from gearplay.model.tooth_deflections import damping_depths
 from gearplay.parts.assembly import Assembly, blank
 from gearplay.parts.drive import positioner, servo
 from gearplay.parts.housing import law as housing
@@ -227,9 +227,9 @@ def pack(
 
 def _half_backlashes(case: "Case") -> dict[str, tuple[str, float]]:
     found = {
-        f"{mesh.label}.x": (f"{mesh.label}.drive_penetration", 0.5 * mesh.backlash)
-        for mesh in case.meshes
-        if mesh.backlash > 0.0
+        f"{mesh.label}.x": (f"{mesh.label}.drive_penetration", 0.5 * backlash)
+        for j, mesh in enumerate(case.meshes)
+        if (backlash := geometry.working_backlash(case, j)) > 0.0
     }
     alone = next(iter(found.values()), None)
     return found | ({"x": alone} if case.torsional_pair is not None and alone is not None else {})

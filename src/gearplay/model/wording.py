@@ -143,7 +143,9 @@ def _words(kind: str, context: Mapping[str, Any]) -> tuple[str, str]:
 
 def _plain_path(location: Sequence[str | int]) -> Path:
     """Drop the marks of unions and of keys from an error's location."""
-    unions = ("drive", "stiffness", "material", "acceleration")
+    unions = (
+        "drive", "stiffness", "material", "acceleration", "allowance", "center_distance_allowance", "backlash",
+    )  # fmt: skip
     return tuple(
         part
         for before, part in zip(("", *location), location, strict=False)

@@ -2,7 +2,9 @@
 
 from typing import Annotated, Final
 
-from gearplay.schema.fields import Measure, Part
+from pydantic import Field, model_validator
+
+from gearplay.schema.fields import Listed, Measure, Part, Problem, is_absent, refuse
 from gearplay.vocabulary import quantities as q
 
 REFERENCE: Final = 293.15
@@ -34,3 +36,19 @@ class Environment(Part):
     temperature: Temperature
     reference_temperature: Temperature = REFERENCE
     housing: Housing | None = None
+    temperature_range: (
+        Annotated[
+            tuple[Temperature, Temperature],
+            Listed(
+                2, 2, "coldest and hottest temperature, at which `gearplay check` names the backlash left"
+            ),
+        ]
+        | None
+    ) = Field(default=None, exclude_if=is_absent)
+
+    @model_validator(mode="after")
+    def _check(self) -> "Environment":
+        if self.temperature_range is not None and self.temperature_range[0] >= self.temperature_range[1]:
+            rule = "must be the coldest and then the hottest temperature"
+            refuse([Problem(("temperature_range",), rule, "Exchange the two")])
+        return self

@@ -23,7 +23,7 @@ def outline(gear: Gear, gap: float = 0.0) -> Floats:
     ``gap`` is the backlash to draw [m], of which each gear of a mesh takes half.
 
     >>> pair = {"teeth": 20, "module": 0.004, "pressure_angle": math.radians(20.0), "internal": False}
-    >>> spur = outline(pair | {"addendum": 1.0, "dedendum": 1.25})
+    >>> spur = outline(pair | {"addendum": 1.0, "dedendum": 1.25, "shift": 0.0})
     >>> [round(1e3 * float(each), 3) for each in (np.hypot(*spur.T).min(), np.hypot(*spur.T).max())]
     [35.0, 44.0]
     """
@@ -32,7 +32,7 @@ def outline(gear: Gear, gap: float = 0.0) -> Floats:
     base = r * math.cos(alpha)
     tip = r + (gear["dedendum"] if internal else gear["addendum"]) * m
     root = r - (gear["addendum"] if internal else gear["dedendum"]) * m
-    half = math.pi / (2 * z) + (1.0 if internal else -1.0) * gap / (4.0 * r)
+    half = math.pi / (2 * z) + gear["shift"] + (1.0 if internal else -1.0) * gap / (4.0 * r)
     rho = np.linspace(max(root, base), tip, FLANK)
     at = half + _involute(alpha) - (np.tan(slope := np.arccos(np.minimum(1.0, base / rho))) - slope)
     at = np.maximum(at, 0.02 / z)
@@ -59,7 +59,9 @@ def toward(a: Gear, b: Gear) -> float:
 
 def pitch_point(a: Gear, b: Gear) -> tuple[float, float]:
     """Return the pitch point of two gears [m]."""
-    angle, r = toward(a, b), 0.5 * a["module"] * a["teeth"]
+    sense = -1 if a["internal"] or b["internal"] else 1
+    distance = math.dist((a["x"], a["y"]), (b["x"], b["y"]))
+    angle, r = toward(a, b), distance * a["teeth"] / abs(a["teeth"] + sense * b["teeth"])
     return a["x"] + r * math.cos(angle), a["y"] + r * math.sin(angle)
 
 

@@ -130,7 +130,7 @@ class Members:
         ``planet`` and ``carrier`` are displacements [m], shape [2, time], ``turn`` the carrier's rotation [rad].
         """
         table = self.case.planetary[self.name]
-        phi, A = float(self.directions[k]), table.center_distance
+        phi, A = float(self.directions[k]), table.distance
         place = A * np.array([np.cos(phi), np.sin(phi)])
         away = planet - carrier + place[:, None]
         out = np.array([np.cos(turn + phi), np.sin(turn + phi)])

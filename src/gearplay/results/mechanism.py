@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,18 +13,29 @@ from gearplay.model.geometry import (
     carrier_of,
     centres,
     full_name,
+    gears_of,
+    gears_of_pair,
     installed_backlash,
     jam_ratio,
+    pair_of,
     toothings,
 )
 from gearplay.model.pack import pack
 from gearplay.model.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
-from gearplay.parts.rotor.gear import ADDENDUM, DEDENDUM
 from gearplay.pictures.planes import apart
 from gearplay.solver.frames import CarrierFrames, turned
+from gearplay.toothing.gear import ADDENDUM, DEDENDUM, DrawnGear
 
 Floats = NDArray[np.float64]
 FRAMES = 900
+WITHOUT_MESH: Final = {
+    "module": None,
+    "pressure_angle": None,
+    "addendum": ADDENDUM,
+    "dedendum": DEDENDUM,
+    "shift": 0.0,
+}
+"""Teeth of a gear that meshes with nothing, which are not drawn."""
 
 
 def mechanism_of(case: Case) -> dict[str, Any]:
@@ -40,9 +51,9 @@ def placed(case: Case) -> dict[str, Any]:
     case = case.operating
     places, turning = centres(case), senses(case, nominal_speeds(case))
     first: dict[str, Any] = {}
-    for mesh in case.meshes:
-        for called in (mesh.driver, mesh.driven):
-            first.setdefault(full_name(case, called), mesh)
+    for j in range(len(case.meshes)):
+        for called, drawn in zip(gears_of_pair(case, j), gears_of(case, j), strict=True):
+            first.setdefault(full_name(case, called), _outline_of(drawn))
     alone = next(iter(case.planetary), "") if len(case.planetary) == 1 else ""
     gears = [
         {
@@ -55,10 +66,7 @@ def placed(case: Case) -> dict[str, Any]:
             "sense": float(turning[i]),
             "teeth": gear.teeth,
             "internal": gear.internal,
-            "module": getattr(first.get(name), "module", None),
-            "pressure_angle": getattr(first.get(name), "pressure_angle", None),
-            "addendum": ADDENDUM,
-            "dedendum": DEDENDUM,
+            **first.get(name, WITHOUT_MESH),
         }
         for i, rotor in enumerate(case.rotors)
         for name, gear in toothings(case, rotor).items()
@@ -83,12 +91,24 @@ def placed(case: Case) -> dict[str, Any]:
                 "driver": full_name(case, mesh.driver),
                 "driven": full_name(case, mesh.driven),
                 "backlash": installed_backlash(case, j),
-                "pressure_angle": mesh.pressure_angle,
+                "pressure_angle": pair_of(case, j).working_angle,
                 "frequency": mesh_frequency(case, j),
                 "jam_ratio": jam_ratio(case, j),
             }
             for j, mesh in enumerate(case.meshes)
         ],
+    }
+
+
+def _outline_of(gear: DrawnGear) -> dict[str, float]:
+    """Return what draws a gear's teeth, transverse: ``shift`` is what the profile shift adds to their half angle [rad]."""
+    module, sign = gear.transverse_module, gear.sign
+    return {
+        "module": module,
+        "pressure_angle": gear.transverse_angle,
+        "addendum": sign * (gear.tip - gear.reference_radius) / module,
+        "dedendum": sign * (gear.reference_radius - gear.root) / module,
+        "shift": 2.0 * gear.profile_shift * math.tan(gear.pressure_angle) / gear.teeth,
     }
 
 

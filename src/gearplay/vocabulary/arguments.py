@@ -233,7 +233,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "engine": having("outcomes", "an Engine"),
         **dict.fromkeys(
             (
-                *("case", "rig", "source"),  # checked by their own functions
+                *("case", "rig", "source", "mesh"),  # checked by their own functions
                 *("path", "low", "high", "start", "fields", "more"),
             ),
             FREE,

@@ -13,6 +13,7 @@ from gearplay.model.field_units import measure_in
 from gearplay.model.torsional_pair import PARTS
 from gearplay.parts.environment import Material
 from gearplay.parts.mesh.schema import PlanetMesh
+from gearplay.parts.rotor.gear import Toothing
 from gearplay.schema.fields import HertzStiffness, Measure
 from gearplay.vocabulary import quantities as q
 
@@ -44,6 +45,11 @@ SKIPPED = frozenset(
         "max_wall_time",
         "max_steps",
         "reference_temperature",
+        "temperature_range",
+        "center_distance",
+        "helix_angle",
+        "thickness",
+        "tip_diameter",
     ]
 )
 """Fields that a slider cannot change without changing the mechanism, and limits that the server sets."""
@@ -136,6 +142,8 @@ def _walk(part: Any, path: str, owner: str) -> Iterator[Control]:
             if name in SKIPPED or (name == "angle" and path.startswith("meshes")):
                 continue
             if isinstance(part, Material) and name in OF_MATERIAL:  # they do not act
+                continue
+            if isinstance(part, Toothing) and name in Toothing.model_fields and name not in part.drawn:
                 continue
             here, value = f"{path}.{name}".lstrip("."), getattr(part, name)
             about = info.description or ""

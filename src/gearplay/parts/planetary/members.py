@@ -8,7 +8,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from gearplay.parts.environment import Material, Temperature
 from gearplay.parts.planetary.names import MOST_PLANETS
-from gearplay.parts.rotor.gear import Runout, Teeth
+from gearplay.parts.rotor.gear import Runout, Teeth, Toothing
 from gearplay.parts.rotor.schema import Drive, Initial, Load, Rotor, SpeedDrive, Weight
 from gearplay.parts.rotor.unbalance import Unbalance
 from gearplay.parts.sleeve.schema import Sleeve
@@ -82,14 +82,14 @@ class Member(Part):
         return Rotor.model_validate(shared | {"drive": drive, "position": at} | more)
 
 
-class Toothed(Member):
+class Toothed(Member, Toothing):
     """A sun or a ring."""
 
     teeth: Teeth
     runout: Runout = Runout()
 
 
-class Planets(Part):
+class Planets(Toothing):
     """The planets, which are alike."""
 
     count: Annotated[int, Field(ge=1, le=MOST_PLANETS, description="number of planets")]

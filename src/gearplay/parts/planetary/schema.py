@@ -6,6 +6,7 @@ from typing import Annotated, Final, Literal
 
 from pydantic import Field, model_validator
 
+from gearplay.parts.mesh.backlash import Backlash, CenterDistance
 from gearplay.parts.mesh.schema import (
     FRICTION_SPEED,
     Damping,
@@ -14,22 +15,26 @@ from gearplay.parts.mesh.schema import (
     Module,
     PlanetMesh,
     PressureAngle,
-    Stiffness,
 )
+from gearplay.parts.mesh.stiffness import Stiffness
 from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Planets, Toothed, problems_of
 from gearplay.parts.planetary.names import MEMBERS
-from gearplay.parts.rotor.gear import ADDENDUM, Runout
+from gearplay.parts.rotor.allowance import DistanceAllowance, allowance_middle
+from gearplay.parts.rotor.gear import Runout
 from gearplay.parts.rotor.schema import POSITION_TOLERANCE, Coordinate, Rotor, SpeedDrive, place_words
 from gearplay.parts.sleeve.schema import Sleeve
 from gearplay.parts.support.schema import Support
-from gearplay.schema.fields import Listed, Measure, Part, Problem, refuse
+from gearplay.schema.fields import Listed, Measure, Part, Problem, is_absent, refuse
+from gearplay.toothing.gear import DrawnGear
+from gearplay.toothing.pair import GearPair
 from gearplay.vocabulary import quantities as q
 
 FIT: Final = 1e-6
 """Part of a tooth by which a planet may be off where teeth mesh."""
 
 SHARED: Final = (
-    "module", "pressure_angle", "backlash", "damping", "transmission_error", "friction_coefficient", "friction_speed",
+    "module", "pressure_angle", "center_distance", "center_distance_allowance", "backlash", "damping",
+    "transmission_error", "friction_coefficient", "friction_speed",
 )  # fmt: skip
 """Fields that every mesh of a set has of it."""
 
@@ -44,12 +49,15 @@ class Planetary(Part):
 
     module: Module
     pressure_angle: PressureAngle = math.radians(20.0)
-    backlash: Annotated[
-        float,
-        Measure(
-            q.LENGTH, "total backlash, normal, of every mesh at nominal centre distance", ge=0.0, le=10.0
-        ),
-    ]
+    center_distance: CenterDistance | None = Field(default=None, exclude_if=is_absent)
+    center_distance_allowance: (
+        Annotated[
+            DistanceAllowance,
+            Field(description="of the centre distance: a class of DIN 3964, as js7, or upper and lower"),
+        ]
+        | None
+    ) = Field(default=None, exclude_if=is_absent)
+    backlash: Annotated[Backlash, Field(description="of every mesh")] | None = None
     stiffness: Annotated[Stiffness | None, Field(description="of both kinds of mesh")] = None
     sun_planet: Annotated[Stiffness | None, Field(description="stiffness of the sun's meshes")] = None
     planet_ring: Annotated[Stiffness | None, Field(description="stiffness of the ring's meshes")] = None
@@ -83,9 +91,24 @@ class Planetary(Part):
         return self
 
     @property
-    def center_distance(self) -> float:
-        """Distance [m] of the planets' centres from that of the set."""
-        return 0.5 * self.module * (self.sun.teeth + self.planets.teeth)
+    def distance(self) -> float:
+        """Distance [m] of the planets' centres from that of the set: given, or that of sun and planet without backlash."""
+        if self.center_distance is not None:
+            return self.center_distance + allowance_middle(self.center_distance_allowance)
+        if not self._is_drawn:
+            return 0.5 * self.module * (self.sun.teeth + self.planets.teeth)
+        return GearPair(self._gear(self.sun), self._gear(self.planets), math.nan).shifted_distance
+
+    @property
+    def _is_drawn(self) -> bool:
+        """Whether the centre distance need not be that of the reference circles."""
+        parts = (self.sun, self.planets, self.ring)
+        return self.center_distance is not None or any(
+            each.profile_shift or each.helix_angle for each in parts
+        )
+
+    def _gear(self, part: Toothed | Planets, *, internal: bool = False) -> DrawnGear:
+        return part.drawing(self.module, self.pressure_angle, part.teeth, internal=internal)
 
     @property
     def input(self) -> Literal["sun", "ring", "carrier"]:
@@ -131,7 +154,12 @@ class Planetary(Part):
     def _misfits(self) -> Iterator[Problem]:
         """Find what cannot be assembled: centre distances, spacing, planets that touch."""
         z_s, z_p, z_r = self.sun.teeth, self.planets.teeth, self.ring.teeth
-        if z_r != z_s + 2 * z_p:
+        if self._is_drawn:
+            problem = self._distance_problem()
+            if problem is not None:
+                yield problem
+                return
+        elif z_r != z_s + 2 * z_p:
             rule = (
                 f"must be {z_s + 2 * z_p}, since the planets are {z_s} + {z_p} = {z_s + z_p} half modules from the sun's centre "
                 f"and {z_r} - {z_p} = {z_r - z_p} from the ring's"
@@ -155,7 +183,7 @@ class Planetary(Part):
                 yield Problem(("planets", "count"), rule, cure)
                 return
         else:
-            radius = 0.5 * self.module * (z_s + z_p)
+            radius = self.distance
             for k, angle in enumerate(planets.angles):
                 steps = (angle - planets.angles[0]) * teeth / (2.0 * math.pi)
                 off = abs(steps - round(steps))
@@ -170,15 +198,13 @@ class Planetary(Part):
                     )
                     cure = f"The nearest is {fit:.10g} deg, its centre at {place} from the sun's"
                     yield Problem(("planets", "angles", k), rule, cure)
-        tips = self.module * (z_p + 2.0 * ADDENDUM)
+        tips = 2.0 * self._gear(self.planets).tip
         places = sorted(angle % (2.0 * math.pi) for angle in planets.directions)
         gaps = [
             later - earlier
             for earlier, later in zip(places, [*places[1:], places[0] + 2.0 * math.pi], strict=True)
         ]
-        apart = (
-            2.0 * self.center_distance * math.sin(0.5 * min(min(gaps), math.pi)) if count > 1 else math.inf
-        )
+        apart = 2.0 * self.distance * math.sin(0.5 * min(min(gaps), math.pi)) if count > 1 else math.inf
         if apart <= tips:
             rule = (
                 f"must leave neighbours apart: their centres are {1e3 * apart:.4g} mm apart, their tip diameter is "
@@ -187,13 +213,40 @@ class Planetary(Part):
             at = ("planets", "count") if planets.angles is None else ("planets", "angles")
             yield Problem(at, rule, "Take fewer planets, or smaller ones")
 
+    def _distance_problem(self) -> Problem | None:
+        """Return what is wrong with the distance of drawn gears: teeth that do not reach each other or strike."""
+        sun, planet, ring = (
+            self._gear(self.sun),
+            self._gear(self.planets),
+            self._gear(self.ring, internal=True),
+        )
+        at = ("center_distance",)
+        for one, pair in (
+            ("sun", GearPair(sun, planet, self.distance)),
+            ("ring", GearPair(planet, ring, self.distance)),
+        ):
+            least, most = pair.range_of_distances
+            if not least < self.distance < most:
+                rule = (
+                    f"must be between {1e3 * least:.6g} and {1e3 * most:.6g} mm for planets to mesh with the {one}; it is "
+                    f"{1e3 * self.distance:.6g} mm"
+                )
+                return Problem(at, rule, "Check numbers of teeth, profile shifts and tip diameters")
+        return None
+
     def parts(self, name: str) -> tuple[dict[str, Rotor], dict[str, Sleeve], dict[str, Support], list[Mesh]]:
         """Return the rotors, sleeves and supports by name and the meshes of the expanded set ``name``."""
         called = {member: f"{name}.{member}" for member in MEMBERS}
         rotors = {
-            called["sun"]: self.sun.rotor(self.position, teeth=self.sun.teeth, runout=self.sun.runout),
+            called["sun"]: self.sun.rotor(
+                self.position, teeth=self.sun.teeth, runout=self.sun.runout, **self.sun.toothing()
+            ),
             called["ring"]: self.ring.rotor(
-                self.position, teeth=self.ring.teeth, internal=True, runout=self.ring.runout
+                self.position,
+                teeth=self.ring.teeth,
+                internal=True,
+                runout=self.ring.runout,
+                **self.ring.toothing(),
             ),
             called["carrier"]: self.carrier.rotor(self.position),
         }
@@ -210,10 +263,11 @@ class Planetary(Part):
             runout = (
                 Runout(amplitude=own.amplitude, phase=own.phase) if own is not None else self.planets.runout
             )
-            A = self.center_distance
+            A = self.distance
             rotors[planet] = Rotor.model_validate(
                 {field: getattr(self.planets, field) for field in shared}
                 | {"position": (self.position[0] + A * c, self.position[1] + A * s), "runout": runout}
+                | self.planets.toothing()
             )
             off = errors.get(k, PinError(planet=k))
             place = {
@@ -250,4 +304,6 @@ class Planetary(Part):
 
     def _mesh(self, **own: object) -> Mesh:
         shared = {name: getattr(self, name) for name in SHARED}
+        if self._is_drawn and self.center_distance is None:
+            shared["center_distance"] = self.distance
         return PlanetMesh.model_validate(shared | own)

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, Field, Tag, model_validator
 
 from gearplay.parts.drive.terms import Table, Terms
 from gearplay.parts.environment import Material, Temperature
-from gearplay.parts.rotor.gear import Gear, Internal, Runout, Teeth
+from gearplay.parts.rotor.gear import Gear, Internal, Runout, Teeth, Toothing
 from gearplay.parts.rotor.unbalance import Unbalance
 from gearplay.schema.fields import (
     ByKind,
@@ -178,7 +178,7 @@ class Initial(Part):
     omega: Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation")] | None = None
 
 
-class Rotor(Part):
+class Rotor(Toothing):
     """A planar rigid body: a gear, a ring, a carrier, a shaft with several gears or a plain disc."""
 
     teeth: Teeth | None = None
@@ -226,14 +226,13 @@ class Rotor(Part):
                         Problem(("initial", name), rule, "Remove it, or use a torque or servo drive")
                     )
         if self.gears:
-            for name, unused in (("teeth", None), ("internal", False), ("runout", Runout())):
-                if getattr(self, name) != unused:
-                    rule = "must not be given beside gears, each of which has its own"
-                    problems.append(Problem((name,), rule, "Write it into one of the gears"))
-        elif self.internal and self.teeth is None:
-            problems.append(
-                Problem(("teeth",), "is required for an internal gear", "Give the number of teeth")
-            )
+            unused = (("teeth", None), ("internal", False), ("runout", Runout()))
+            for name in [*(name for name, value in unused if getattr(self, name) != value), *self.drawn]:
+                rule = "must not be given beside gears, each of which has its own"
+                problems.append(Problem((name,), rule, "Write it into one of the gears"))
+        elif self.teeth is None and (self.internal or self.drawn):
+            what = "an internal gear" if self.internal else f"a gear with {self.drawn[0]}"
+            problems.append(Problem(("teeth",), f"is required for {what}", "Give the number of teeth"))
         if self.unbalance is not None and self.unbalance.amount**2 >= self.mass * self.inertia:
             rule = "must be less than sqrt(mass inertia), since the inertia about the axis includes it"
             problems.append(Problem(("unbalance", "amount"), rule, "Check unbalance, mass and inertia"))

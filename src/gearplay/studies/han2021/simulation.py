@@ -284,6 +284,7 @@ def run_condition(
     spread = spectrum.spread if spectrum.spread is not None else np.zeros_like(spectrum.amplitude)
     floor = case.base.random if case.base is not None else None
     mesh, clearance = case.meshes[0], case.sleeves["ring"].radial_clearance
+    assert isinstance(mesh.backlash, float)
     return ConditionResult(
         condition=condition,
         model=name,

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 from gearplay.model import geometry
 from gearplay.model.reading import replace
+from gearplay.parts.rotor.gear import Toothing
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.vocabulary.errors import InputError
 
@@ -46,7 +47,7 @@ def jam_lines(sweep: Sweep, across: Ends, up: Ends, fixed: Mapping[str, float]) 
     base, found = sweep.template.base, []
     excess: Callable[[Sweep, int, Mapping[str, Any]], Any] = jam_excess
     make = _closed_line
-    if base.environment is not None:
+    if base.environment is not None or _is_drawn(sweep):
         drawn = sweep.template.plan.design
         if drawn is not None and drawn.parameters:
             return []
@@ -66,6 +67,17 @@ def jam_lines(sweep: Sweep, across: Ends, up: Ends, fixed: Mapping[str, float]) 
     return found
 
 
+def _is_drawn(sweep: Sweep) -> bool:
+    """Return whether gears have, or get along an axis, drawings from which backlash and working angle follow."""
+    base = sweep.template.base
+    fields = {path.rpartition(".")[2] for path, _, _ in sweep.template.fields}
+    return (
+        bool(fields & {*Toothing.model_fields, "center_distance"})
+        or any(mesh.center_distance is not None for mesh in base.meshes)
+        or any(gear.drawn for rotor in base.rotors.values() for gear in (rotor, *rotor.gears.values()))
+    )
+
+
 def jam_excess(sweep: Sweep, j: int, values: Mapping[str, Any]) -> Any:
     """Return 2 sin(alpha0) (sum of both radial clearances) - b0 [m] of mesh j at varied values by name, numbers or arrays.
 
@@ -80,7 +92,7 @@ def jam_excess(sweep: Sweep, j: int, values: Mapping[str, Any]) -> Any:
             path = f"sleeves.{name}.radial_clearance"
             play = play + fields.get(path, base.sleeves[name].radial_clearance)
     angle = fields.get(f"meshes.{j}.pressure_angle", mesh.pressure_angle)
-    return 2.0 * np.sin(angle) * play - fields.get(f"meshes.{j}.backlash", mesh.backlash)
+    return 2.0 * np.sin(angle) * play - fields.get(f"meshes.{j}.backlash", geometry.working_backlash(base, j))
 
 
 def _closed_line(
@@ -136,8 +148,8 @@ def _excesses(sweep: Sweep, values: tuple[tuple[str, float], ...]) -> tuple[floa
         for mesh in case.meshes
     ]
     return tuple(
-        2.0 * math.sin(mesh.pressure_angle) * play - geometry.installed_backlash(case, j)
-        for j, (mesh, play) in enumerate(zip(case.meshes, plays, strict=True))
+        2.0 * math.sin(geometry.pair_of(case, j).working_angle) * play - geometry.installed_backlash(case, j)
+        for j, play in enumerate(plays)
     )
 
 

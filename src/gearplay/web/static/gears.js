@@ -17,7 +17,7 @@ export function outline(gear, gap) {
   const base = r * Math.cos(alpha);
   const tip = r + (internal ? gear.dedendum : gear.addendum) * m;
   const root = r - (internal ? gear.addendum : gear.dedendum) * m;
-  const half = Math.PI / (2 * z) + ((internal ? 1 : -1) * gap) / (4 * r);
+  const half = Math.PI / (2 * z) + gear.shift + ((internal ? 1 : -1) * gap) / (4 * r);
   const flank = [];
   for (let i = 0; i <= 6; i++) {
     const rho = Math.max(root, base) + ((tip - Math.max(root, base)) * i) / 6;
@@ -70,6 +70,7 @@ export function toward(a, b) {
 
 /** Where two gears' pitch circles touch. */
 export function pitchPoint(a, b) {
-  const [angle, r] = [toward(a, b), 0.5 * a.module * a.teeth];
+  const teeth = Math.abs(a.teeth + (a.internal || b.internal ? -1 : 1) * b.teeth);
+  const [angle, r] = [toward(a, b), (Math.hypot(b.x - a.x, b.y - a.y) * a.teeth) / teeth];
   return [a.x + r * Math.cos(angle), a.y + r * Math.sin(angle)];
 }

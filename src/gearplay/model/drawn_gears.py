@@ -1,0 +1,193 @@
+"""Faults of gears as drawn: what a pair, a stiffness from the teeth or a standard's table does not allow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from gearplay.model import geometry
+from gearplay.model.massless import field_path
+from gearplay.parts.mesh.schema import PlanetMesh
+from gearplay.parts.mesh.stiffness import TeethStiffness
+from gearplay.toothing.allowances import distance_allowance
+from gearplay.toothing.gear import DrawnGear, full_tip_radius
+from gearplay.toothing.pair import GearPair
+from gearplay.vocabulary.errors import NO_VALUE, Fault
+
+if TYPE_CHECKING:
+    from gearplay.model.case import Case
+    from gearplay.parts.rotor.gear import Toothing
+
+SAME = 1e-9
+"""Difference of helix angles [rad] that is rounding."""
+
+
+def mesh_path(case: Case, j: int, *fields: str) -> str:
+    """Return the path of a field of a mesh, which may be one of a planetary set."""
+    mesh = case.meshes[j]
+    table = f"planetary.{mesh.driver.partition('.')[0]}" if isinstance(mesh, PlanetMesh) else f"meshes.{j}"
+    return ".".join([table, *fields])
+
+
+def drawn_faults(case: Case) -> list[Fault]:
+    """Return the faults of the gears of a case whose parts are valid, each once."""
+    found = [fault for j in range(len(case.meshes)) for fault in _mesh_faults(case, j)]
+    return list({(fault.path, fault.rule): fault for fault in found}.values())
+
+
+def _gear_path(case: Case, name: str, field: str) -> str:
+    rotor = geometry.rotor_of(case, name)
+    full = geometry.full_name(case, name)
+    return field_path(
+        case, rotor, *(["gears", full.removeprefix(f"{rotor}.")] if full != rotor else []), field
+    )
+
+
+def _mesh_faults(case: Case, j: int) -> Iterator[Fault]:
+    mesh = case.meshes[j]
+    given = {name: geometry.gear_of(case, name) for name in (mesh.driver, mesh.driven)}
+    is_drawn = mesh.center_distance is not None or any(gear.drawn for gear in given.values())
+    if mesh.backlash is None and not is_drawn:
+        yield Fault(mesh_path(case, j, "backlash"), NO_VALUE, "is required", "Add it")
+        return
+    if not is_drawn and not isinstance(mesh.stiffness, TeethStiffness):
+        return
+    if case.formulation == "as_published" and is_drawn:
+        rule = "must be of full-depth spur teeth without shift as published"
+        yield Fault(mesh_path(case, j), mesh.label, rule, 'Take formulation = "geometric"')
+        return
+    (one, first), (other, second) = given.items()
+    if abs(abs(first.helix_angle) - abs(second.helix_angle)) > SAME:
+        rule = f"must be that of {one}, {math.degrees(first.helix_angle):.6g} deg, of either hand, since they mesh"
+        shown = f"{math.degrees(second.helix_angle):.6g} deg"
+        yield Fault(_gear_path(case, other, "helix_angle"), shown, rule, "Give both gears the same one")
+        return
+    faults = [fault for name, gear in given.items() for fault in _gear_faults(case, j, name, gear)]
+    faults += [*_stiffness_faults(case, j, given)]
+    yield from faults
+    if not faults:
+        yield from _distance_faults(case, j)
+
+
+def _gear_faults(case: Case, j: int, name: str, gear: Toothing) -> Iterator[Fault]:
+    mesh = case.meshes[j]
+    teeth, internal = geometry.teeth_of(case, name), geometry.gear_of(case, name).internal
+    if math.isnan(gear.thickness_change(mesh.module, mesh.pressure_angle, teeth, 1.0)[0]):
+        rule = "must be given in lengths for a reference diameter over 1000 mm, beyond the table of DIN 3967"
+        cure = 'Write { upper = "...", lower = "..." }'
+        yield Fault(_gear_path(case, name, "allowance"), gear.allowance, rule, cure)
+        return
+    drawn = gear.drawing(mesh.module, mesh.pressure_angle, teeth, internal=internal)
+    roundest = full_tip_radius(mesh.pressure_angle, gear.dedendum)
+    if "tip_radius" in gear.drawn and gear.tip_radius > roundest:
+        rule = f"must be at most {roundest:.4g} modules, the full round of a rack of this pressure angle and dedendum"
+        yield Fault(_gear_path(case, name, "tip_radius"), gear.tip_radius, rule, "Lower it or the dedendum")
+    elif roundest < 0.0 and "dedendum" in gear.drawn:
+        rule = "must leave the rack's teeth a tip: they are pointed before this dedendum"
+        yield Fault(_gear_path(case, name, "dedendum"), gear.dedendum, rule, "Lower it or the pressure angle")
+    yield from _circle_faults(case, name, gear, drawn)
+    if not 0.0 < drawn.normal_thickness < math.pi * drawn.module:
+        rule = (
+            f"must leave a tooth and a space at the reference circle: the tooth is {1e3 * drawn.normal_thickness:.4g} mm thick, "
+            f"the pitch is {1e3 * math.pi * drawn.module:.4g} mm"
+        )
+        field = next((each for each in ("thickness", "allowance") if each in gear.drawn), "profile_shift")
+        yield Fault(_gear_path(case, name, field), NO_VALUE, rule, "Check the number and its unit")
+
+
+def _circle_faults(case: Case, name: str, gear: Toothing, drawn: DrawnGear) -> Iterator[Fault]:
+    """Refuse tip circles within root circles or, of external gears, within base circles; bores that cut into the teeth."""
+    field = "tip_diameter" if gear.tip_diameter is not None else "addendum"
+    path = _gear_path(case, name, field)
+    shown = f"{2e3 * drawn.tip:.6g} mm" if field == "tip_diameter" else f"{gear.addendum:g}"
+    cure = "Check the number and its unit, profile_shift and module"
+    root, base = 2e3 * drawn.root, 2e3 * drawn.base_radius
+    if drawn.sign * (drawn.tip - drawn.root) <= 0.0:
+        side = "less" if drawn.internal else "more"
+        rule = f"must give a tip diameter of {side} than {root:.6g} mm, that of the root circle"
+        yield Fault(path, shown, rule, cure)
+    elif not drawn.internal and drawn.tip <= drawn.base_radius:
+        rule = f"must give a tip diameter of more than {base:.6g} mm, that of the base circle"
+        yield Fault(path, shown, rule, cure)
+    if drawn.bore is None:
+        return
+    if drawn.internal:
+        rule = "must not be given for an internal gear, whose rim counts as rigid"
+        yield Fault(_gear_path(case, name, "bore"), f"{1e3 * drawn.bore:.6g} mm", rule, "Remove it")
+    elif drawn.bore >= 2.0 * drawn.root:
+        rule = f"must be less than the root diameter, {root:.6g} mm"
+        yield Fault(_gear_path(case, name, "bore"), f"{1e3 * drawn.bore:.6g} mm", rule, "Check both")
+
+
+def _stiffness_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
+    mesh = case.meshes[j]
+    if not isinstance(mesh.stiffness, TeethStiffness):
+        return
+    for name, gear in given.items():
+        if gear.facewidth is None:
+            rule = 'is required by stiffness kind "teeth"'
+            yield Fault(_gear_path(case, name, "facewidth"), NO_VALUE, rule, "Give the width of the teeth")
+        if mesh.stiffness.method != "potential-energy":
+            continue
+        internal = geometry.gear_of(case, name).internal
+        if gear.helix_angle:
+            rule = "must be iso6336 for helical gears"
+            path = mesh_path(case, j, "stiffness", "method")
+            yield Fault(path, "potential-energy", rule, 'Take method = "iso6336"')
+        if gear.bore is None and not internal:
+            rule = "is required by potential-energy, for the stiffness of the body under the teeth"
+            yield Fault(_gear_path(case, name, "bore"), NO_VALUE, rule, 'Give it, or take method = "iso6336"')
+        drawn = gear.drawing(
+            mesh.module, mesh.pressure_angle, geometry.teeth_of(case, name), internal=internal
+        )
+        if not internal and drawn.undercut > 0.0:
+            rule = f"must be iso6336 for undercut teeth, as those of {name} are"
+            cure = f'Take method = "iso6336", or a profile_shift of {drawn.profile_shift + drawn.undercut:.3g} or more'
+            yield Fault(mesh_path(case, j, "stiffness", "method"), "potential-energy", rule, cure)
+
+
+def _distance_faults(case: Case, j: int) -> Iterator[Fault]:
+    """Refuse working centre distances at which tips strike roots or do not reach, and grades beyond their table."""
+    mesh = case.meshes[j]
+    pair = geometry.pair_of(case, j)
+    if math.isnan(pair.shifted_distance):
+        names = " and ".join((mesh.driver, mesh.driven))
+        rule = f"must let {names} mesh: the profile shifts leave no centre distance without backlash"
+        path = _gear_path(case, mesh.driver, "profile_shift")
+        yield Fault(path, geometry.gear_of(case, mesh.driver).profile_shift, rule, "Correct the shifts")
+        return
+    least, most = pair.range_of_distances
+    grade = mesh.center_distance_allowance
+    if not least < pair.distance < most:
+        if mesh.center_distance is None and pair.distance in (pair.reference_distance, pair.shifted_distance):
+            yield _tip_fault(case, j, pair)
+            return
+        path = mesh_path(case, j, "center_distance")
+        if mesh.center_distance is None:
+            path = field_path(case, mesh.rotors[1], "position")
+        rule = (
+            f"must be between {1e3 * least:.6g} and {1e3 * most:.6g} mm for these teeth to mesh, and is "
+            f"{1e3 * pair.shifted_distance:.6g} mm without backlash"
+        )
+        shown = f"{1e3 * pair.distance:.6g} mm"
+        yield Fault(path, shown, rule, "Check the number, profile shifts and tip diameters")
+    elif isinstance(grade, str) and distance_allowance(int(grade[2:]), pair.distance) is None:
+        rule = "must be given in lengths for a centre distance over 3150 mm, beyond the grades of ISO 286-1"
+        path = mesh_path(case, j, "center_distance_allowance")
+        yield Fault(path, grade, rule, 'Write { upper = "...", lower = "..." }')
+
+
+def _tip_fault(case: Case, j: int, pair: GearPair) -> Fault:
+    """Return the fault of tips that strike roots, or do not reach the other gear, at the distance that follows from the gears."""
+    names = geometry.gears_of_pair(case, j)
+    k = 0 if pair.tip_clearances[0] <= pair.tip_clearances[1] else 1
+    gear, gap = (pair.first, pair.second)[k], pair.tip_clearances[k]
+    field = "tip_diameter" if gear.tip_diameter is not None else "addendum"
+    shown = f"{2e3 * gear.tip:.6g} mm" if gear.tip_diameter is not None else f"{gear.addendum:g}"
+    where = f"at their centre distance, {1e3 * pair.distance:.6g} mm"
+    rule = f"must let tips reach the teeth of {names[1 - k]} {where}"
+    if gap <= 0.0:
+        rule = f"must leave the roots of {names[1 - k]} a clearance {where}, where tips reach {-1e3 * gap:.4g} mm into them"
+    cure = "Correct tip diameter or addendum, the dedendum of the other gear, or profile shifts"
+    return Fault(_gear_path(case, names[k], field), shown, rule, cure)

@@ -1,0 +1,1 @@
+"""Involute gears as drawings give them: geometry of a pair, allowances, stiffness from the teeth."""
