@@ -30,6 +30,7 @@ from gearplay.planets.load_sharing import load_sharing as load_sharing
 from gearplay.public_functions import read_result as read_result
 from gearplay.results.result import Result as Result
 from gearplay.results.simulate import simulate as simulate
+from gearplay.rexs.importing import import_rexs as import_rexs
 from gearplay.rig.measurement import measure as measure
 from gearplay.sweeps.sweep import sweep as sweep
 from gearplay.vocabulary.errors import GearplayError as GearplayError

@@ -26,6 +26,7 @@ Period = Annotated[str, typer.Option("--period", help="common, mesh, shaft, or a
 OPTIONS: Final = {
     **{name: f"--{name}" for name in ("at", "doublings", "keep", "member", "orbits", "order", "period")},
     **{name: f"--{name}" for name in ("periods", "settle", "show", "signal", "window")},
+    **{name: f"--{name.replace('_', '-')}" for name in ("load_case", "gear_bodies", "allowance")},
     "change": "--set",
     "ensemble": "--members",
 }
