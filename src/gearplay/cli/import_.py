@@ -33,7 +33,7 @@ def import_(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
     json: Json = False,
 ) -> None:
-    """Import a gearbox from another program; list what was assumed and left out."""
+    """Import a gearbox from another program as a case."""
     from gearplay.files.atomic import check_new
     from gearplay.rexs.importing import import_rexs
 
