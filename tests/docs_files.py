@@ -80,7 +80,13 @@ def make_wind_stage(path: Path) -> None:
     path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
 
 
+def make_backlash_map(path: Path) -> None:
+    text = (ROOT / "docs" / "how-to" / "gearbox-program.md").read_text(encoding="utf-8")
+    path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
+
+
 FILES: dict[str, Callable[[Path], None]] = {
+    "backlash-map.toml": make_backlash_map,
     "run 7.tdms": make_record,
     "run.tdms": make_long_record,
     "bare.csv": make_bare,

@@ -5,9 +5,9 @@ from gearplay.files.measurements import read_measurement as read_measurement
 from gearplay.files.measurements import write_record as write_record
 from gearplay.files.record import Channel as Channel
 from gearplay.files.record import Record as Record
+from gearplay.gear_pairs.teeth import teeth as teeth
 from gearplay.hysteresis.lost_motion import lost_motion as lost_motion
 from gearplay.hysteresis.reduction import reduce as reduce
-from gearplay.gear_pairs.teeth import teeth as teeth
 from gearplay.linear.analyses import campbell as campbell
 from gearplay.linear.analyses import frequency_response as frequency_response
 from gearplay.linear.analyses import modes as modes
@@ -32,6 +32,7 @@ from gearplay.planets.load_sharing import load_sharing as load_sharing
 from gearplay.public_functions import read_result as read_result
 from gearplay.results.result import Result as Result
 from gearplay.results.simulate import simulate as simulate
+from gearplay.rexs.importing import import_rexs as import_rexs
 from gearplay.rig.measurement import measure as measure
 from gearplay.sweeps.sweep import sweep as sweep
 from gearplay.vocabulary.errors import GearplayError as GearplayError

@@ -19,6 +19,7 @@ from calibration_problems import PLAN as SMALL
 from depth import sized
 from gearplay.kernels import compiled_once
 from gearplay.vocabulary.errors import GearplayError
+from rexs.gearbox_files import PLANETARY
 
 pytestmark = pytest.mark.hostile
 
@@ -73,6 +74,7 @@ def valid(folder: Path) -> dict[str, dict[str, Any]]:
             "frequencies": [10.0, 20.0],
         },
         "impacts": {"case": short, "signals": at, "contact": "ring", "duration": 0.05, "transient": 0.0},
+        "import_rexs": {"path": PLANETARY, "gear_bodies": "solid", "allowance": "c25"},
         "load_case": {"source": "han2021", "overrides": ["run.seed=3"]},
         "load_plan": {"source": PLAN},
         "load_sharing": {"source": "planetary-reducer"},

@@ -26,6 +26,7 @@ from gearplay.vocabulary.memory import is_too_little_memory, too_little_memory
 COMMANDS: Final = (
     "check",
     "copy",
+    "import_",
     "run",
     "plot",
     "animate",
@@ -71,7 +72,7 @@ def _command(name: str) -> Any:
 class _Commands(Mapping[str, Any]):
     """Commands by the names on the command line."""
 
-    _names: Final = {name.replace("_", "-"): name for name in COMMANDS}
+    _names: Final = {name.strip("_").replace("_", "-"): name for name in COMMANDS}
 
     def __getitem__(self, name: str) -> Any:
         return _command(self._names[name])

@@ -30,6 +30,7 @@ OPTIONS: Final = {
         name: f"--{name}" for name in ("hold", "positions", "stages", "temperatures", "tolerances", "columns")
     },
     "torque": "--rated-torque",
+    **{name: f"--{name.replace('_', '-')}" for name in ("load_case", "gear_bodies", "allowance")},
     "change": "--set",
     "ensemble": "--members",
 }

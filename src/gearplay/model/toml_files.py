@@ -157,7 +157,7 @@ def _write_table(table: Mapping[str, Any], path: tuple[str, ...], lines: list[st
     tables = {key: value for key, value in present.items() if len(path) < 2 and _is_table(value, len(path))}
     for key, value in present.items():
         if key not in tables:
-            lines.append(f"{_key(key)} = {_value(value)}")
+            lines.append(f"{_key(key)} = {inline_value(value)}")
     for key, value in tables.items():
         name = ".".join(_key(part) for part in (*path, key))
         for item in value if isinstance(value, list) else [value]:
@@ -178,14 +178,17 @@ def _key(key: str) -> str:
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key)
 
 
-def _value(value: object) -> str:
+def inline_value(value: object) -> str:
+    """Return a value on one line; a table inline."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, Mapping):
-        inner = ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items() if item is not None)
+        inner = ", ".join(
+            f"{_key(key)} = {inline_value(item)}" for key, item in value.items() if item is not None
+        )
         return f"{{ {inner} }}" if inner else "{}"
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_value(item) for item in value) + "]"
+        return "[" + ", ".join(inline_value(item) for item in value) + "]"
     return repr(value)

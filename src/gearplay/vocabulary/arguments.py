@@ -177,6 +177,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "order": Whole(1, 1000),
         "doublings": Whole(0, 8),
         "orbits": Whole(2, 100_000),
+        "load_case": Whole(-(2**31), 2**31 - 1),
         "frames": Whole(2),
         "threads": Whole(1, 4096),
         "duration": Real(0.0, LONGEST, above=True, time=True),
@@ -208,7 +209,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
             ),
             FLAG,
         ),
-        **dict.fromkeys(("contact", "change", "load", "name", "format"), TEXT),
+        **dict.fromkeys(("contact", "change", "load", "name", "format", "gear_bodies", "allowance"), TEXT),
         **dict.fromkeys(("signals", "directions"), TEXTS),
         **dict.fromkeys(("channels", "at", "hold"), listed(str, "text", single=True)),
         "columns": TEXTS,
@@ -260,7 +261,10 @@ OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
             (function, "settle"): Whole(0, 10_000_000)
             for function in ("branch", "branches", "periodic_orbit")
         },
-        **{(function, "path"): PATH for function in ("read_measurement", "read_result", "write_record")},
+        **{
+            (function, "path"): PATH
+            for function in ("read_measurement", "read_result", "write_record", "import_rexs")
+        },
     }
 )
 """Parameters that mean something else in one function: ``(function, parameter)``."""
