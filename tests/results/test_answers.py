@@ -12,6 +12,7 @@ import xarray as xr
 import gearplay as gp
 from gearplay.results.provenance import KIND
 from gearplay.sweeps.result import SweepResult
+from machine_records import bearing_record
 
 FORCE = "meshes.0.transmission_error.0.amplitude"
 SHORT = {"run.duration": 0.1, "run.transient": 0.0}
@@ -55,6 +56,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "basins": lambda: gp.basins(pair(), ("wheel.theta", -1e-4, 1e-4, 2), ("wheel.omega", -0.1, 0.1, 3), settle=20),
     "orbit": lambda: gp.periodic_orbit(pair(), settle=300),
     "branch": lambda: gp.branch(pair(), FORCE, "4 um", "9 um", settle=300, orbits=4),
+    "diagnosis": lambda: gp.diagnose(bearing_record(), bearings="9, 7.94mm, 39.04mm", speed="1797 rpm"),
     "branches": lambda: gp.branches(pair(), FORCE, "4.5 um", "5.5 um", doublings=0, orbits=6),
 }  # fmt: skip
 

@@ -40,6 +40,7 @@ COMMANDS: Final = (
     "bifurcation",
     "measure",
     "analyze",
+    "diagnose",
     "calibrate",
     "serve",
     "schema",

@@ -206,9 +206,10 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
             ),
             FLAG,
         ),
-        **dict.fromkeys(("contact", "change", "load", "name", "format"), TEXT),
+        **dict.fromkeys(("contact", "change", "load", "name", "format", "teeth", "channel"), TEXT),
         **dict.fromkeys(("signals", "directions"), TEXTS),
         **dict.fromkeys(("channels", "at"), listed(str, "text", single=True)),
+        "bearings": listed(str, "text", single=True),
         **dict.fromkeys(("folder", "records"), PATH),
         **dict.fromkeys(("changes", "run", "calibration", "units"), TABLE),
         "overrides": TEXTS,
@@ -227,7 +228,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "engine": having("outcomes", "an Engine"),
         **dict.fromkeys(
             (
-                *("case", "rig", "source"),  # checked by their own functions
+                *("case", "rig", "source", "healthy"),  # checked by their own functions
                 *("path", "low", "high", "start", "fields", "more"),
             ),
             FREE,
@@ -238,6 +239,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
 OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
     {
         ("basins", "settle"): Whole(1),
+        **{("diagnose", name): FREE for name in ("record", "speed")},
         ("frequency_response", "force"): TEXT,
         ("load_plan", "source"): PLAN,
         ("motion", "ensemble"): Whole(4),
