@@ -346,7 +346,7 @@ def _dataset(
     attributes = {
         "title": source, "channel": channel.name, "gearplay_version": VERSION, "Conventions": "CF-1.11",
         "summary": summary(every, result.speed), "told": int(told), "stated_confidence": TOLD,
-        "cannot_be_told": json.dumps(doubts(machine, result, every, healthy=before is not None)),
+        "cannot_be_told": json.dumps(doubts(machine, result, every, before)),
         "speed_source": result.speed.source, "envelope_low": float(shown["low"]), "envelope_high": float(shown["high"]),
     }  # fmt: skip
     return xr.Dataset(variables, coords=coordinates, attrs=attributes)

@@ -10,7 +10,9 @@ from gearplay.diagnosis.measures import PARTS, Measures
 from gearplay.diagnosis.separation import LEAST_TURNS
 
 
-def doubts(machine: Machine, found: Measures, every: Sequence[Hypothesis], *, healthy: bool) -> list[str]:
+def doubts(
+    machine: Machine, found: Measures, every: Sequence[Hypothesis], healthy: Measures | None
+) -> list[str]:
     """Return what cannot be told, a sentence each."""
     said = [*_speed(machine, found), *_gears(machine, found), *_first(machine, found, every)]
     if not machine.bearings:
@@ -21,7 +23,11 @@ def doubts(machine: Machine, found: Measures, every: Sequence[Hypothesis], *, he
         )
     if not machine.meshes:
         said.append("Gears cannot be told: no teeth are given.")
-    if not healthy and found.gears:
+    if healthy is not None and machine.meshes and not healthy.speed.known:
+        said.append(
+            "The healthy record is no measure of the gears: no line of its mesh stands out within 2.5 % of the speed."
+        )
+    if healthy is None and found.gears:
         share = 100.0 * MODULATION
         said.append(
             f"Without a healthy record an eccentric gear counts from {share:.0f} % of modulation; slow changes cannot be told."

@@ -64,7 +64,7 @@ def envelope_names(machine: Machine, f: float) -> dict[str, float]:
         for name in ("BPFO", "BPFI", "BSF", "FTF"):
             for h in (1, 2, 3, 4):
                 found[_times(h, name) + suffix] = h * lines[name]
-        for h in (1, 2):
+        for h in (1, 2, 3, 4):
             found[f"{_times(h, 'BPFI')} - turn{suffix}"] = h * lines["BPFI"] - turn
             found[f"{_times(h, 'BPFI')} + turn{suffix}"] = h * lines["BPFI"] + turn
         found[f"2 x BSF - FTF{suffix}"] = 2.0 * lines["BSF"] - lines["FTF"]

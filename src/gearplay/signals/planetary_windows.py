@@ -192,7 +192,7 @@ def _windowed(
     )
     left = max(left, 0.0)
     return SynchronousAverage(
-        TWO_PI / average.size * np.arange(average.size), average, np.full(average.size, math.nan), count, 1,
+        TWO_PI / average.size * np.arange(average.size, dtype=np.float64), average, np.full(average.size, math.nan), count, 1,
         math.sqrt(left), left / held if held > 0.0 else 0.0, record.unit,
         f"windows of {teeth} teeth at each pass of the sensor; {record.source}", name,
     )  # fmt: skip
