@@ -136,6 +136,27 @@ def test_lines_at_one_place__no_confidence() -> None:
     assert any("cannot be ruled out" in sentence and second in sentence for sentence in found.cannot_be_told)
 
 
+def test_lines_on_a_turn__no_confidence() -> None:
+    """Random shocks twice a turn: an element turns 2.0023 times a turn, which six seconds do not resolve."""
+    rng, n, f = np.random.default_rng(1), 120_000, 25.0
+    times = np.arange(0.0, 6.0, 0.5 / f) + rng.normal(0.0, 0.03 / f, 300)
+    x = ringing(
+        times, 1.5 * np.abs(rng.standard_normal(300)), n, 20_000.0, 4000.0, 900.0
+    ) + 0.3 * rng.standard_normal(n)
+    x += np.cos(2 * np.pi * 23 * f * np.arange(n) / 20_000.0)
+    found = gp.diagnose(gp.Channel("acc", x, 20_000.0), **PAIR)
+    assert found.hypotheses()[0]["name"] == "bearing 1, rolling element"
+    assert not found.told
+    assert "multiples of a shaft's turn" in " ".join(found.cannot_be_told)
+
+
+@pytest.mark.parametrize("condition", ["tooth 1", "tooth 2", "inner 1"])
+def test_strong_shocks_with_a_period__are_no_rattle(condition: str) -> None:
+    channel, _ = machine_record(condition, 8, severity=6.0)
+    found = gp.diagnose(channel, **PAIR)
+    assert (found.hypotheses()[0]["name"], found.told) == (NAMES[condition], True)
+
+
 def test_one_knock__is_no_rattle() -> None:
     channel, _ = machine_record("healthy", 5)
     values = channel.values.copy()

@@ -84,6 +84,14 @@ def test_amplitude_modulation__sidebands_and_envelope() -> None:
     )  # peaks between samples
 
 
+def test_nb4__the_band_of_half_a_mesh_order() -> None:
+    """A modulation 8 orders wide is within it, a line 13 orders above the mesh outside."""
+    m = 0.3
+    x = (1.0 + m * np.cos(8 * P)) * np.cos(TEETH * P)
+    found = gear_indicators(x + 0.5 * np.cos((TEETH + 13) * P), TEETH)
+    assert found.nb4 == pytest.approx(1.5, rel=1e-9)
+
+
 def test_a_growing_event__which_indicators_see_it() -> None:
     """Six measures rise with the event; kurtosis and crest factor of the average do not see it, NA4 of one record falls first."""
     found = [gear_indicators(average(s), TEETH) for s in SEVERITIES]
