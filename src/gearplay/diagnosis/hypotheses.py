@@ -203,8 +203,6 @@ def _share(machine: Machine, lead: Hypothesis, h: Hypothesis) -> float:
         return 0.0 if look_alike(machine, lead, h) else 0.7
     if {lead.kind, h.kind} == {"tooth", "eccentric"}:
         return 0.5  # an event modulates too, a modulation leaves a difference
-    if h.kind == "rattle" and lead.kind != "rattle":
-        return 0.3 if lead.kind == "eccentric" else 1.0  # shocks with a period
     return 0.3 if lead.kind == "rattle" or {lead.kind, h.kind} & {*PARTS} else 0.0
 
 
