@@ -8,6 +8,7 @@ import numpy as np
 
 import gearplay as gp
 from gearplay.model.reading import to_toml
+from machine_records import bearing_record, machine_record
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -85,6 +86,22 @@ def make_backlash_map(path: Path) -> None:
     path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
 
 
+def make_motor(path: Path) -> None:
+    """Write a motor's bearing with a damaged inner ring, as public records are."""
+    from scipy.io import savemat
+
+    channel = bearing_record()
+    savemat(path, {channel.name: channel.values, "fs": channel.sampling})
+
+
+def make_gearbox(path: Path) -> None:
+    gp.write_record(gp.Record((machine_record("tooth 2", 5)[0],)), path)
+
+
+def make_new_gearbox(path: Path) -> None:
+    gp.write_record(gp.Record((machine_record("healthy", 6)[0],)), path)
+
+
 FILES: dict[str, Callable[[Path], None]] = {
     "backlash-map.toml": make_backlash_map,
     "run 7.tdms": make_record,
@@ -97,4 +114,7 @@ FILES: dict[str, Callable[[Path], None]] = {
     "rig.toml": make_rig,
     "my-rig.toml": make_my_rig,
     "wind-stage.toml": make_wind_stage,
+    "motor.mat": make_motor,
+    "gearbox.h5": make_gearbox,
+    "gearbox-new.h5": make_new_gearbox,
 }

@@ -1,5 +1,7 @@
-"""Draw the pictures of docs/pictures.md, the README, the first steps and the controller: python docs/figures/draw_pictures.py."""
+"""Draw the pictures of docs/pictures.md, README, first steps, controller and diagnosis: python docs/figures/draw_pictures.py."""
 
+import shutil
+import sys
 import tempfile
 from pathlib import Path
 
@@ -18,6 +20,19 @@ def axis() -> None:
             change = f"rotors.motor.drive.sample_time={sample_time}"
             run(["run", str(HOW_TO / "position-drive.toml"), "--set", change, "--out", result])
             run(["plot", result, *AXIS, "--out", str(HOW_TO / f"{name}.png"), "--overwrite"])
+
+
+def diagnosis() -> None:
+    """Draw what docs/how-to/diagnose.md shows of its first record, which the tests make."""
+    sys.path.insert(0, str(HERE.parents[1] / "tests"))
+    from docs_files import make_motor
+
+    with tempfile.TemporaryDirectory() as folder:
+        record = Path(folder) / "motor.mat"
+        make_motor(record)
+        bearing = ["--bearing", "9, 7.94mm, 39.04mm", "--speed", "1797 rpm", "--unit", "X105_DE_time=g"]
+        run(["diagnose", str(record), *bearing, "--out", f"{folder}/out"])
+        shutil.copy(f"{folder}/out/diagnosis.png", HOW_TO / "diagnosis.png")
 
 
 def main() -> None:
@@ -62,3 +77,4 @@ if __name__ == "__main__":
     axis()
     first_run()
     teeth()
+    diagnosis()

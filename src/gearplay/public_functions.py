@@ -18,6 +18,7 @@ RESULTS: Final = MappingProxyType(
         "run": "results.result:Result",
         "sweep": "sweeps.result:SweepResult",
         "calibration": "calibration.result:Calibration",
+        "diagnosis": "diagnosis.result:Diagnosis",
         "bifurcation": "nonlinear.diagrams:Diagram",
         "portrait": "nonlinear.portrait:Portrait",
         "section": "nonlinear.sections:Section",

@@ -12,6 +12,7 @@ import xarray as xr
 import gearplay as gp
 from gearplay.results.provenance import KIND
 from gearplay.sweeps.result import SweepResult
+from machine_records import bearing_record
 
 FORCE = "meshes.0.transmission_error.0.amplitude"
 SHORT = {"run.duration": 0.1, "run.transient": 0.0}
@@ -58,6 +59,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "lost motion": lambda: gp.lost_motion("external-pair", at="output", hold="input", torque=5.0, positions=3, members=4),
     "reduction": lambda: gp.reduce("external-pair", at="output", hold="input", torque=5.0, members=4),
     "branch": lambda: gp.branch(pair(), FORCE, "4 um", "9 um", settle=300, orbits=4),
+    "diagnosis": lambda: gp.diagnose(bearing_record(), bearings="9, 7.94mm, 39.04mm", speed="1797 rpm"),
     "branches": lambda: gp.branches(pair(), FORCE, "4.5 um", "5.5 um", doublings=0, orbits=6),
 }  # fmt: skip
 

@@ -52,6 +52,15 @@ def test_the_impulsive_band_holds_the_resonance() -> None:
     assert low < 700.0 < high
 
 
+def test_the_impulsive_band_may_be_a_third() -> None:
+    """A resonance at the edge of all halves and quarters is in the middle of the middle third."""
+    ring = np.exp(-100.0 * T[:400]) * np.sin(2 * np.pi * 500.0 * T[:400])
+    shocks = np.zeros(T.size)
+    shocks[::400] = 1.0
+    values = np.convolve(shocks, ring)[: T.size] + 0.1 * np.random.default_rng(0).standard_normal(T.size)
+    assert most_impulsive_band(Channel("a", values, FS), levels=2) == pytest.approx((350.0, 650.0))
+
+
 def test_spectrogram_follows_a_chirp() -> None:
     c = Channel("a", 2.0 * np.cos(2 * np.pi * (100.0 * T + 50.0 * T**2)), FS, "V", start=5.0)
     s = spectrogram(c, segment=256, overlap=0.75)

@@ -8,9 +8,11 @@ import pytest
 from gearplay.files.record import Channel
 from gearplay.signals.angle import angle_from_speed, angle_from_tacho
 from gearplay.signals.averaging import averaged_spectrum, power_density
+from gearplay.signals.bearing_lines import envelope_lines
 from gearplay.signals.envelopes import envelope, envelope_spectrum, most_impulsive_band
 from gearplay.signals.line_tables import line_table
 from gearplay.signals.orders import order_map, order_spectrum, track_orders
+from gearplay.signals.planetary_windows import planetary_average
 from gearplay.signals.spectrograms import spectrogram
 from gearplay.signals.statistics import signal_statistics
 from gearplay.signals.synchronous import synchronous_average
@@ -30,6 +32,8 @@ ANALYSES: dict[str, Callable[[Channel], object]] = {
     "tracks": lambda c: track_orders(c, 60.0, (1.0,)),
     "average": lambda c: synchronous_average(c, 60.0),
     "lines": lambda c: line_table(c, (100.0,)),
+    "envelope lines": lambda c: envelope_lines(c, {"BPFO": 20.0}, 50.0, 200.0),
+    "planetary average": lambda c: planetary_average(c, 60.0, 10, 5, 21, 2),
 }
 BAD = {
     "short": Channel("acc", np.zeros(4), 1000.0),

@@ -43,10 +43,18 @@ def analyze(
             "--pulses", min=1, help="Pulses per revolution: the channel of --speed is a train of pulses."
         ),
     ] = None,
+    teeth: Annotated[
+        int | None,
+        typer.Option("--teeth", min=3, help="Teeth of the gear on the shaft of --speed, for its indicators."),
+    ] = None,
     band: Annotated[
         tuple[str, str] | None,
         typer.Option("--band", metavar="LOW HIGH", help="Band of the envelope spectrum: 2kHz 4kHz."),
     ] = None,
+    envelope: Annotated[
+        bool,
+        typer.Option("--envelope", help="Lines of the envelope of the most impulsive band, by a kurtogram."),
+    ] = False,
     sampling: Annotated[
         str | None, typer.Option("--sampling", help="Sampling rate of a file without one: 12.8kHz.")
     ] = None,
@@ -79,8 +87,10 @@ def analyze(
         if band is None
         else (si_number("--band", band[0], FREQUENCY), si_number("--band", band[1], FREQUENCY))
     )
-    held, usual = _read(record, rate, _units(units or ()))
-    chosen, turning = held.channel(channel or usual), _speed(held, speed, pulses)
+    held, usual = record_in(record, rate, units_of(units or ()))
+    chosen, turning = held.channel(channel or usual), speed_of(held, speed, pulses)
+    ends = _most_impulsive(chosen, ends) if envelope else ends
+    indicators = None if teeth is None else _indicators(chosen, turning, teeth)
     table = line_table(chosen, expected) if expected else None
     found = None if ends is None else _envelope_lines(chosen, *ends)
     figures: list[Path] = []
@@ -99,6 +109,7 @@ def analyze(
         "lines": [asdict(row) for row in table.rows] if table is not None else [],
         "settings": table.caption if table is not None else "",
         "envelope": found,
+        "indicators": indicators,
         "left_out": held.attributes.get("left out", ""),
         "figures": [str(path) for path in figures],
     }
@@ -109,7 +120,7 @@ def analyze(
         print_text(_words(document))
 
 
-def _read(path: Path, sampling: float | None, units: dict[str, str]) -> tuple[Any, str | None]:
+def record_in(path: Path, sampling: float | None, units: dict[str, str]) -> tuple[Any, str | None]:
     """Return the record in a file, or the run in a file as one, and the most informative channel of a run."""
     from gearplay.files.measurements import read_measurement
 
@@ -128,7 +139,7 @@ def _read(path: Path, sampling: float | None, units: dict[str, str]) -> tuple[An
     return read_measurement(path, sampling=sampling, units=units), None
 
 
-def _units(given: Sequence[str]) -> dict[str, str]:
+def units_of(given: Sequence[str]) -> dict[str, str]:
     """Return the units that are given as NAME=UNIT."""
     from gearplay.vocabulary.errors import Fault, InputError
 
@@ -141,7 +152,7 @@ def _units(given: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def _speed(held: Any, speed: str | None, pulses: int | None) -> Any:
+def speed_of(held: Any, speed: str | None, pulses: int | None) -> Any:
     """Return a speed [rad/s]: a quantity, a scalar of the file, or a channel of speeds, angles or pulses."""
     from gearplay.schema.units import UnitError, parse_quantity
     from gearplay.vocabulary.errors import Fault, InputError
@@ -185,6 +196,30 @@ def _is_number(text: str) -> bool:
         return math.isfinite(float(text))
     except ValueError:
         return False
+
+
+def _most_impulsive(channel: Any, band: tuple[float, float] | None) -> tuple[float, float]:
+    """Return the most impulsive band; `InputError` where one is given."""
+    from gearplay.signals.envelopes import most_impulsive_band
+    from gearplay.vocabulary.errors import Fault, InputError
+
+    if band is not None:
+        rule = "must not be given with --band, which names the band"
+        raise InputError(Fault("--envelope", "given", rule, "Leave one of them out"))
+    return most_impulsive_band(channel)
+
+
+def _indicators(channel: Any, speed: Any, teeth: int) -> dict[str, Any]:
+    """Return the condition indicators of the gear on the shaft that turns with a speed."""
+    from gearplay.signals.indicators import gear_indicators
+    from gearplay.signals.synchronous import synchronous_average
+    from gearplay.vocabulary.errors import Fault, InputError
+
+    if speed is None:
+        rule = "must be given with --teeth: indicators are of the average over the turns of the gear's shaft"
+        raise InputError(Fault("--speed", "nothing", rule, 'Write for example --speed "1500 rpm"'))
+    average = synchronous_average(channel, speed)
+    return {**asdict(gear_indicators(average, teeth)), "settings": average.caption}
 
 
 def _envelope_lines(channel: Any, low: float, high: float) -> dict[str, Any]:
@@ -253,8 +288,23 @@ def _words(document: dict[str, Any]) -> str:
             f"envelope from {found['low']:.6g} to {found['high']:.6g} Hz, median {found['median']:.3g} {unit}:"
         )
         rows += [f"  {line['frequency']:.6g} Hz: {line['amplitude']:.4g} {unit}" for line in found["lines"]]
+    if document["indicators"] is not None:
+        rows += _indicator_rows(document["indicators"])
     if document["left_out"]:
         rows.append(f"left out, as they are no evenly sampled real numbers: {document['left_out']}")
     if document["figures"]:
         rows += pictures_in(Path(document["figures"][0]).parent)
     return "\n".join(rows)
+
+
+def _indicator_rows(found: dict[str, Any]) -> list[str]:
+    """Return the indicators as lines of text, those of one scale beside each other."""
+    unit = found["unit"] or "?"
+    rows = [f"indicators of the gear of {found['teeth']} teeth, from the average over its turn:"]
+    names = {"rms": "rms", "kurtosis": "kurtosis", "crest_factor": "crest factor", "fm0": "FM0", "fm4": "FM4", "m6a": "M6A",
+             "m8a": "M8A", "na4": "NA4", "nb4": "NB4", "energy_ratio": "energy ratio", "sideband_index": "sideband index",
+             "sideband_level_factor": "sideband level factor"}  # fmt: skip
+    for name, words in names.items():
+        value = "not defined" if found[name] is None else f"{found[name]:.4g}"
+        rows.append(f"  {words:>21}  {value}{f' {unit}' if name in ('rms', 'sideband_index') else ''}")
+    return [*rows, f"  ({found['settings']})"]

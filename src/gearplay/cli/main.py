@@ -43,6 +43,7 @@ COMMANDS: Final = (
     "bifurcation",
     "measure",
     "analyze",
+    "diagnose",
     "calibrate",
     "serve",
     "schema",

@@ -9,10 +9,14 @@ from gearplay.signals.angle import angle_from_tacho as angle_from_tacho
 from gearplay.signals.averaging import averaged_spectrum as averaged_spectrum
 from gearplay.signals.averaging import mean_square as mean_square
 from gearplay.signals.averaging import power_density as power_density
+from gearplay.signals.bearing_lines import bearing_orders as bearing_orders
+from gearplay.signals.bearing_lines import envelope_lines as envelope_lines
 from gearplay.signals.envelopes import envelope as envelope
 from gearplay.signals.envelopes import envelope_spectrum as envelope_spectrum
 from gearplay.signals.envelopes import most_impulsive_band as most_impulsive_band
 from gearplay.signals.figures import draw_record as draw_record
+from gearplay.signals.indicators import gear_indicators as gear_indicators
+from gearplay.signals.indicators import split_average as split_average
 from gearplay.signals.line_tables import line_table as line_table
 from gearplay.signals.lines import band_level as band_level
 from gearplay.signals.lines import find_hump as find_hump
@@ -20,6 +24,8 @@ from gearplay.signals.lines import find_line as find_line
 from gearplay.signals.orders import order_map as order_map
 from gearplay.signals.orders import order_spectrum as order_spectrum
 from gearplay.signals.orders import track_orders as track_orders
+from gearplay.signals.planetary_windows import event_periods as event_periods
+from gearplay.signals.planetary_windows import planetary_average as planetary_average
 from gearplay.signals.spectrograms import spectrogram as spectrogram
 from gearplay.signals.statistics import signal_statistics as signal_statistics
 from gearplay.signals.synchronous import synchronous_average as synchronous_average

@@ -209,9 +209,13 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
             ),
             FLAG,
         ),
-        **dict.fromkeys(("contact", "change", "load", "name", "format", "gear_bodies", "allowance"), TEXT),
+        **dict.fromkeys(
+            ("contact", "change", "load", "name", "format", "gear_bodies", "allowance", "teeth", "channel"),
+            TEXT,
+        ),
         **dict.fromkeys(("signals", "directions"), TEXTS),
         **dict.fromkeys(("channels", "at", "hold"), listed(str, "text", single=True)),
+        "bearings": listed(str, "text", single=True),
         "columns": TEXTS,
         "tolerances": one_of((str, os.PathLike, Mapping), "the name or path of a sweep plan, or a table"),
         "torque": Real(0.0, above=True, text=True),
@@ -234,7 +238,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "engine": having("outcomes", "an Engine"),
         **dict.fromkeys(
             (
-                *("case", "rig", "source", "mesh"),  # checked by their own functions
+                *("case", "rig", "source", "mesh", "healthy"),  # checked by their own functions
                 *("path", "low", "high", "start", "fields", "more"),
             ),
             FREE,
@@ -245,6 +249,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
 OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
     {
         ("basins", "settle"): Whole(1),
+        **{("diagnose", name): FREE for name in ("record", "speed")},
         ("frequency_response", "force"): TEXT,
         ("load_plan", "source"): PLAN,
         **{(function, "members"): Whole(1) for function in ("lost_motion", "reduce")},

@@ -1,0 +1,1 @@
+"""Diagnosis of a record: named lines, indices against a healthy record, ranked hypotheses."""

@@ -1,0 +1,352 @@
+"""`diagnose`: named lines, indices and ranked hypotheses of a record of a machine."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from gearplay.diagnosis.doubts import doubts
+from gearplay.diagnosis.hypotheses import HEALTHY, TOLD, Hypothesis, gear_rows, ranked
+from gearplay.diagnosis.machine import Machine, Shaft, machine_of_case, machine_of_teeth
+from gearplay.diagnosis.measures import PARTS, Measures, measured
+from gearplay.diagnosis.named_lines import NamedLine, named_envelope, named_spectrum
+from gearplay.diagnosis.result import Diagnosis, texts
+from gearplay.diagnosis.shaft_speed import FoundSpeed, found_speed
+from gearplay.files.record import Channel, Record
+from gearplay.model.case import Case
+from gearplay.model.reading import Source, load_case
+from gearplay.results.spectra import amplitude_spectrum
+from gearplay.signals.angle import ShaftAngle
+from gearplay.signals.averaging import averaged_spectrum
+from gearplay.signals.checks import TWO_PI, check_channel
+from gearplay.signals.envelopes import envelope
+from gearplay.signals.resampling import resampled
+from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.version import VERSION
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LEAST_SAMPLES: Final = 2048
+LEAST_TURNS: Final = 10
+"""Least length of a record, in turns of the first shaft."""
+
+
+def diagnose(
+    record: Record | Channel,
+    *,
+    case: Source | None = None,
+    teeth: str | None = None,
+    bearings: str | Sequence[str] = (),
+    speed: float | str | Channel | ShaftAngle | None = None,
+    healthy: Record | Channel | None = None,
+    channel: str | None = None,
+) -> Diagnosis:
+    """Return what the lines, indices and periodic events of a record say about a machine.
+
+    The speed is sought within 2.5 % of the given one, at the mesh harmonics, else at the turns of the shafts. Averages over the
+    turns of each shaft show damaged teeth and eccentric gears; what repeats with no shaft is searched for the envelope lines of
+    bearings and of rattling flanks. Each hypothesis has its evidence against a threshold, and a confidence; below 0.7 the cause
+    counts as not told. A healthy record of the same machine replaces general thresholds.
+
+    Source: Randall, Vibration-based Condition Monitoring (2011), chapters 5 and 6; ranking and thresholds: ours.
+
+    Parameters
+    ----------
+    record
+        Vibration: a `Record`, or one channel.
+    case
+        Case with the gears: as `load_case` takes it. Or ``teeth``.
+    teeth
+        Teeth of driver and driven gear, the driver on the first shaft: "23:61"; of several stages "23:61, 19:47".
+    bearings
+        Rolling bearings, each "elements, diameter, pitch diameter" with an optional contact angle and shaft: "8, 7.9mm, 33.5mm",
+        "9, 7.9mm, 39mm, 15deg @2"; the outer ring stands.
+    speed
+        Of the first shaft: "1797 rpm" or [rad/s], to within 2 %; or a channel of speeds or angles, or a `ShaftAngle`, taken as
+        it is. Needed without a case.
+    healthy
+        Record of the same machine and sensor without damage.
+    channel
+        Name of the channel, where the record has several.
+
+    Returns
+    -------
+    Diagnosis
+        ``message``, ``hypotheses()``, ``lines()``, ``indices()``, ``cannot_be_told``, ``ds``, ``plot()``.
+
+    Raises
+    ------
+    InputError
+        For a machine that is not described or in two ways, a record that is too short, does not vary or is not finite, and a
+        speed that the record cannot show.
+
+    Examples
+    --------
+    >>> import numpy as np, gearplay as gp
+    >>> t = np.arange(60_000) / 12_000.0
+    >>> shocks = np.exp(-800.0 * (t % (1 / 107.4))) * np.sin(2 * np.pi * 3000.0 * (t % (1 / 107.4)))
+    >>> noise = 0.1 * np.random.default_rng(0).standard_normal(t.size)
+    >>> found = gp.diagnose(gp.Channel("acc", shocks + noise, 12_000.0, "g"), bearings="9, 7.94mm, 39.04mm", speed="1797 rpm")
+    >>> found.hypotheses()[0]["name"], found.told
+    ('bearing, outer ring', True)
+
+    """
+    chosen = _channel("record", record, channel)
+    machine = _machine(case, teeth, bearings)
+    taken, found, spectrum = _prepared("record", chosen, machine, speed)
+    before = None
+    if healthy is not None:
+        sound = _channel("healthy", healthy, channel)
+        steady = None if isinstance(speed, (Channel, ShaftAngle)) else speed
+        nominal = steady if steady is not None else TWO_PI * found.frequency
+        before = measured_with_lines(sound, machine, nominal)
+    result = measured(taken, machine, found, before[0] if before is not None else None)
+    every = ranked(machine, result, before[0] if before is not None else None)
+    low, high = _band(every[0], result)
+    named, shown = _lines(taken, result, machine, spectrum, (low, high))
+    old = _healthy_lines(before, machine, (low, high)) if before is not None else {}
+    source = record.source if isinstance(record, Record) and record.source else chosen.name
+    return Diagnosis(
+        _dataset(
+            source,
+            taken,
+            machine,
+            result,
+            before[0] if before is not None else None,
+            every,
+            named,
+            old,
+            shown,
+        )
+    )
+
+
+def measured_with_lines(
+    channel: Channel, machine: Machine, speed: float | str
+) -> tuple[Measures, Channel, Any]:
+    """Return measures, the signal and the spectrum of a healthy record."""
+    taken, found, spectrum = _prepared("healthy", channel, machine, speed)
+    return measured(taken, machine, found), taken, spectrum
+
+
+def _channel(path: str, record: Any, name: str | None) -> Channel:
+    """Return the channel of a record; `InputError` where it is no record."""
+    if isinstance(record, Channel):
+        return record
+    if not isinstance(record, Record):
+        rule = "must be a Record or a Channel"
+        raise InputError(Fault(path, record, rule, "Read it with gearplay.read_measurement"))
+    return record.channel(name)
+
+
+def _machine(case: Source | None, teeth: str | None, bearings: str | Sequence[str]) -> Machine:
+    if case is not None and teeth is not None:
+        raise InputError(
+            Fault("teeth", teeth, "must not be given with a case, which has them", "Leave one out")
+        )
+    given = (bearings,) if isinstance(bearings, str) else tuple(bearings)
+    if case is not None:
+        machine = machine_of_case(case if isinstance(case, Case) else load_case(case))
+    elif teeth is not None:
+        machine = machine_of_teeth(teeth)
+    elif given:
+        machine = Machine((Shaft("shaft 1", 1.0),))
+    else:
+        rule = "must be described by a case, teeth or bearings"
+        raise InputError(
+            Fault("machine", "nothing", rule, 'Give teeth "23:61" or a bearing "8, 7.9mm, 33.5mm"')
+        )
+    return machine.with_bearings(given)
+
+
+def _nominal(path: str, machine: Machine, speed: float | str | None) -> float:
+    """Return the given speed of the first shaft, else the nominal one of the case [Hz]."""
+    from gearplay.schema.units import UnitError, parse_quantity
+    from gearplay.vocabulary.quantities import ANGULAR_SPEED
+
+    if speed is None:
+        if machine.speed is None:
+            rule = "must be given, within 2 % of the first shaft's"
+            raise InputError(Fault("speed", "nothing", rule, 'Write for example "1797 rpm"'))
+        return machine.speed
+    try:
+        omega = abs(parse_quantity(speed, ANGULAR_SPEED))
+    except UnitError as error:
+        raise InputError(Fault("speed", speed, error.rule, error.cure)) from None
+    if omega == 0.0:
+        raise InputError(
+            Fault("speed", speed, "must not be 0: lines count by it", f"Give the speed of the {path}")
+        )
+    return omega / TWO_PI
+
+
+def _prepared(path: str, channel: Channel, machine: Machine, speed: Any) -> tuple[Channel, FoundSpeed, Any]:
+    """Return the signal, over equal angles where the speed is a signal, the speed and the amplitude spectrum."""
+    values = check_channel(channel, LEAST_SAMPLES)
+    if float(np.ptp(values)) <= 1e-12 * float(np.max(np.abs(values))):
+        rule = "must vary: a signal at rest shows nothing"
+        raise InputError(Fault(f"{path}.{channel.name}", float(values[0]), rule, "Choose another channel"))
+    if isinstance(speed, (Channel, ShaftAngle)):
+        turned = resampled(channel, speed)
+        mean = float(np.mean(turned.speed)) / TWO_PI
+        # Angle over mean speed: lines of the shaft are sharp, frequencies are those at the mean speed.
+        taken = Channel(channel.name, turned.values, turned.samples_per_revolution * mean, channel.unit)
+        nominal, given = mean, FoundSpeed(mean, 1e-9 * mean, "measured")
+    else:
+        taken, given, nominal = channel, None, _nominal(path, machine, speed)
+    if nominal * taken.duration < LEAST_TURNS:
+        rule = f"must last {LEAST_TURNS} turns of the first shaft or more, {LEAST_TURNS / nominal:.4g} s"
+        raise InputError(
+            Fault(path, f"{taken.duration:.4g} s", rule, "Take a longer record, or check the speed")
+        )
+    if nominal > 0.1 * taken.sampling:
+        rule = f"must be below {0.1 * taken.sampling:.4g} Hz, a tenth of the sampling rate"
+        raise InputError(Fault("speed", f"{nominal:.4g} Hz", rule, "Sample faster, or check the speed"))
+    taken = Channel(taken.name, taken.values - np.mean(taken.values), taken.sampling, taken.unit)
+    spectrum = amplitude_spectrum(taken.values, taken.sampling, unit=taken.unit)
+    return taken, given if given is not None else found_speed(spectrum, machine, nominal), spectrum
+
+
+def _band(first: Hypothesis, result: Measures) -> tuple[float, float]:
+    """Return the band whose envelope is shown: that of the leading bearing, of the mesh, else the most impulsive one."""
+    combs = []
+    if first.kind in PARTS:
+        combs = [comb for (_, part), comb in result.bearings.items() if part == first.kind]
+    elif first.kind == "rattle":
+        combs = list(result.mesh)
+    best = max(combs, key=lambda comb: comb.height, default=None)
+    return (best.low, best.high) if best is not None and best.high > best.low else result.band
+
+
+def _lines(
+    channel: Channel, result: Measures, machine: Machine, spectrum: Any, band: tuple[float, float]
+) -> tuple[list[NamedLine], dict[str, Any]]:
+    """Return the named lines of spectrum and envelope, and both spectra as far as they are shown."""
+    named = named_spectrum(spectrum.frequency, spectrum.amplitude, machine, result.speed)
+    low, high = band
+    if high <= low:  # too short a record for bands: all of it
+        low, high = 0.02 * channel.sampling, 0.45 * channel.sampling
+    made = envelope(result.rest, low, high).channel
+    beat = averaged_spectrum(made, window="hann", segment=made.size)
+    inside = beat.frequency <= 0.5 * (high - low)
+    beats = named_envelope(beat.frequency[inside], beat.values[inside], machine, result.speed)
+    shown = {"frequency": spectrum.frequency, "spectrum": spectrum.amplitude, "low": low, "high": high,
+             "envelope_frequency": beat.frequency[inside], "envelope": beat.values[inside]}  # fmt: skip
+    return [*named, *beats], shown
+
+
+def _healthy_lines(before: Any, machine: Machine, band: tuple[float, float]) -> dict[tuple[str, str], float]:
+    """Return the amplitudes of the lines of a healthy record by domain and name."""
+    result, channel, spectrum = before
+    if band[1] > 0.5 * channel.sampling:
+        band = (0.0, 0.0)
+    named, _ = _lines(channel, result, machine, spectrum, band)
+    return {(each.domain, each.name): each.amplitude for each in named}
+
+
+def summary(every: Sequence[Hypothesis], found: FoundSpeed) -> str:
+    """Return the conclusion as a sentence, with the speed."""
+    first, second = every[0], every[1]
+    speed = f"first shaft {60.0 * found.frequency:.6g} rpm, {_sources()[found.source]}"
+    if first.kind == "none":
+        return f"{HEALTHY[0].upper()}{HEALTHY[1:]} (confidence {first.confidence:.2f}); {speed}."
+    if first.confidence >= TOLD:
+        words = first.strongest
+        return (
+            f"{first.name[0].upper()}{first.name[1:]}, confidence {first.confidence:.2f}: {words.words} "
+            f"{words.value:.3g}, counting from {words.threshold:.3g}; {speed}."
+        )
+    return (
+        f"It cannot be told: {first.name} (confidence {first.confidence:.2f}) comes first, "
+        f"{second.name} ({second.confidence:.2f}) second; {speed}."
+    )
+
+
+def _sources() -> dict[str, str]:
+    return {
+        "mesh": "by its mesh lines", "shaft": "by the lines of its turns", "measured": "as measured",
+        "nominal": "as given, since no line of it stands out",
+    }  # fmt: skip
+
+
+def _indices(machine: Machine, result: Measures) -> dict[str, float]:
+    s = result.statistics
+    found = {"rms": s.rms, "peak": s.peak, "kurtosis": s.kurtosis, "crest factor": s.crest_factor,
+             "share that repeats with no shaft": result.rest_share,
+             "kurtosis of the most impulsive band, less that of noise": result.impulsive,
+             "kurtosis of the mean mesh period": result.waveform}  # fmt: skip
+    for k, gear in result.gears.items():
+        found |= {f"{name} of {machine.gears[k].name}": value for name, value in gear_rows(gear).items()}
+    return found
+
+
+def _dataset(
+    source: str,
+    channel: Channel,
+    machine: Machine,
+    result: Measures,
+    before: Measures | None,
+    every: Sequence[Hypothesis],
+    named: Sequence[NamedLine],
+    old: dict[tuple[str, str], float],
+    shown: dict[str, Any],
+) -> xr.Dataset:
+    """Return the dataset of a diagnosis."""
+    import xarray as xr
+
+    told = every[0].kind != "none" and every[0].confidence >= TOLD
+    evidence = [(k, each) for k, h in enumerate(every) for each in h.evidence]
+    indices, healthy = _indices(machine, result), _indices(machine, before) if before is not None else {}
+    unit = channel.unit or "1"
+
+    def column(dim: str, values: Any, words: str, units: str = "1") -> tuple[str, Any, dict[str, str]]:
+        return dim, values, {"long_name": words} if units == "" else {"units": units, "long_name": words}
+
+    def words_of(dim: str, values: Sequence[str], words: str) -> tuple[str, Any, dict[str, str]]:
+        return column(dim, texts(values), words, "")
+
+    variables: dict[str, Any] = {
+        "confidence": column("hypothesis", np.array([h.confidence for h in every]), "confidence"),
+        "strength": column("hypothesis", np.array([h.strength for h in every]), "decades of the evidence above its threshold"),
+        "evidence_of": column("evidence", np.array([k for k, _ in evidence], dtype=np.int64), "place of the hypothesis"),
+        "evidence_words": words_of("evidence", [e.words for _, e in evidence], "kind of evidence"),
+        "evidence_value": column("evidence", np.array([e.value for _, e in evidence]), "value of the evidence"),
+        "evidence_threshold": column("evidence", np.array([e.threshold for _, e in evidence]), "value from which it counts"),
+        "line_name": words_of("line", [line.name for line in named], "name of the line"),
+        "line_domain": words_of("line", [line.domain for line in named], "spectrum or envelope spectrum"),
+        "line_expected": column("line", np.array([line.expected for line in named]), "expected frequency", "Hz"),
+        "line_frequency": column("line", np.array([line.frequency for line in named]), "frequency found", "Hz"),
+        "line_amplitude": column("line", np.array([line.amplitude for line in named]), "amplitude", unit),
+        "line_prominence": column("line", np.array([line.prominence for line in named]), "height over the median around"),
+        "line_healthy": column("line", np.array([old.get((n.domain, n.name), math.nan) if n.name != "unnamed" else math.nan
+                                                 for n in named]), "amplitude in the healthy record", unit),
+        "index_name": words_of("index", list(indices), "name of the index"),
+        "index_value": column("index", np.array(list(indices.values())), "index"),
+        "index_healthy": column("index", np.array([healthy.get(name, math.nan) for name in indices]),
+                                "index of the healthy record"),
+        "shaft_speed": ((), result.speed.frequency, {"units": "Hz", "long_name": "turns of the first shaft per second"}),
+        "shaft_speed_uncertainty": ((), result.speed.uncertainty, {"units": "Hz", "long_name": "its standard uncertainty"}),
+        "spectrum": column("frequency", shown["spectrum"], "amplitude spectrum", unit),
+        "envelope": column("envelope_frequency", shown["envelope"], "amplitude spectrum of the envelope", unit),
+    }  # fmt: skip
+    coordinates = {
+        "hypothesis": ("hypothesis", texts([h.name for h in every]), {"long_name": "hypothesis"}),
+        "frequency": ("frequency", shown["frequency"], {"units": "Hz", "long_name": "frequency"}),
+        "envelope_frequency": (
+            "envelope_frequency",
+            shown["envelope_frequency"],
+            {"units": "Hz", "long_name": "frequency"},
+        ),
+    }
+    attributes = {
+        "title": source, "channel": channel.name, "gearplay_version": VERSION, "Conventions": "CF-1.11",
+        "summary": summary(every, result.speed), "told": int(told), "stated_confidence": TOLD,
+        "cannot_be_told": json.dumps(doubts(machine, result, every, before)),
+        "speed_source": result.speed.source, "envelope_low": float(shown["low"]), "envelope_high": float(shown["high"]),
+    }  # fmt: skip
+    return xr.Dataset(variables, coords=coordinates, attrs=attributes)

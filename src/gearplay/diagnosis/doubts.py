@@ -1,0 +1,92 @@
+"""What a record cannot decide, as sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gearplay.diagnosis.hypotheses import MODULATION, Hypothesis, look_alike, on_a_turn
+from gearplay.diagnosis.machine import Machine
+from gearplay.diagnosis.measures import PARTS, Measures
+from gearplay.diagnosis.separation import LEAST_TURNS
+
+
+def doubts(
+    machine: Machine, found: Measures, every: Sequence[Hypothesis], healthy: Measures | None
+) -> list[str]:
+    """Return what cannot be told, a sentence each."""
+    said = [*_speed(machine, found), *_gears(machine, found), *_first(machine, found, every)]
+    if not machine.bearings:
+        said.append("Bearings cannot be told: no geometry of one is given.")
+    elif not found.rest.size or found.band[1] == 0.0:
+        said.append(
+            "Bearings cannot be told: the record is too short, or sampled too slowly, for an envelope."
+        )
+    if not machine.meshes:
+        said.append("Gears cannot be told: no teeth are given.")
+    if healthy is not None and machine.meshes and not healthy.speed.known:
+        said.append(
+            "The healthy record is no measure of the gears: no line of its mesh stands out within 2.5 % of the speed."
+        )
+    if healthy is None and found.gears:
+        share = 100.0 * MODULATION
+        said.append(
+            f"Without a healthy record an eccentric gear counts from {share:.0f} % of modulation; slow changes cannot be told."
+        )
+    return said
+
+
+def _speed(machine: Machine, found: Measures) -> list[str]:
+    if found.speed.known or not machine.meshes:
+        return []
+    return [
+        "Damaged teeth and eccentric gears cannot be told: no line of mesh or shaft stands out within 2.5 % of the speed."
+    ]
+
+
+def _gears(machine: Machine, found: Measures) -> list[str]:
+    said = []
+    planetary = [gear.name for gear in machine.gears if gear.shaft is None]
+    if planetary:
+        said.append(
+            f"Eccentricity cannot be told of {', '.join(planetary)}: a fixed sensor does not average over the turn of a gear of "
+            "a planetary set; gearplay.signals.planetary_average takes windows."
+        )
+    seldom = [g.name for k, g in enumerate(machine.gears) if k not in found.gears and g.shaft is not None]
+    if seldom and found.speed.known:
+        said.append(
+            f"Damage cannot be told of {', '.join(seldom)}: the shaft turns less than {LEAST_TURNS + 1} times, or its "
+            "teeth pass faster than a quarter of the sampling rate."
+        )
+    gears = [(k, machine.gears[k]) for k in found.gears]
+    for i, (_, one) in enumerate(gears):
+        for _, other in gears[i + 1 :]:
+            if abs(one.order / other.order - 1.0) < 1e-6:
+                said.append(f"{one.name} and {other.name} turn alike: which of them it is cannot be told.")
+    return said
+
+
+def _first(machine: Machine, found: Measures, every: Sequence[Hypothesis]) -> list[str]:
+    """Return what the leading hypothesis leaves open."""
+    first = every[0]
+    if first.kind == "tooth":
+        return [
+            "Crack, spall and chip of a tooth look alike in one record: which of them it is cannot be told."
+        ]
+    if first.kind == "eccentric":
+        return [
+            "Eccentricity, a bent shaft and a load that changes with the turn look alike: which it is cannot be told."
+        ]
+    if first.kind == "rattle":
+        return [
+            "Backlash and the clearance of a bush rattle alike: which of them it is cannot be told from one record."
+        ]
+    if first.kind not in PARTS:
+        return []
+    on_turn = [
+        f"The lines of {first.name} lie on multiples of a shaft's turn: other sources of these cannot be ruled out."
+    ]
+    return (on_turn if on_a_turn(machine, found, first) else []) + [
+        f"With slip, {h.name}, has a line at the place of {first.name}: it cannot be ruled out."
+        for h in every[1:]
+        if h.kind in PARTS and look_alike(machine, first, h)
+    ]

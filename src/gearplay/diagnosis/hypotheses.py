@@ -1,0 +1,251 @@
+"""Hypotheses about a machine, ranked by the evidence of a record."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from gearplay.diagnosis.machine import Machine
+from gearplay.diagnosis.measures import PARTS, SLIP, GearMeasure, Measures
+
+HEALTHY: Final = "no damage that this record shows"
+RATTLE: Final = "rattle of the flanks"
+
+EVENT: Final = 2.2
+"""Ratio of a tooth's event to its surroundings, of which 1 is noise, from which it counts."""
+MODULATION: Final = 0.2
+"""Sum of both first sidebands over the mesh harmonics, from which it counts without a healthy record."""
+COMB: Final = 1.0
+"""Summed prominence of an envelope's comb over what noise reaches by chance, from which it counts."""
+DEPTH: Final = 0.06
+"""Depth of an envelope's modulation at the mesh, from which impacts of the flanks count."""
+WAVEFORM: Final = 7.0
+"""Kurtosis of the mean mesh period, from which impacts of the flanks count."""
+WORSE: Final = 1.6
+"""Factor over the healthy record, from which a measure counts."""
+MOST: Final = 1.5
+"""Largest strength [decades]."""
+CEILING: Final = 0.95
+"""Largest confidence; of `HEALTHY` it is `ABSENCE`, since damage may hide."""
+ABSENCE: Final = 0.65
+BLIND: Final = 0.4
+"""Largest confidence of `HEALTHY` where the speed, and with it the gears, stay unknown."""
+ALIKE: Final = 0.6
+"""Largest confidence of a part of a bearing whose lines another part has too, less than a decade weaker, or a shaft's turn."""
+SHOCKS: Final = 3.0
+"""Kurtosis of the most impulsive band, less that of noise, in every quarter of a record, from which shocks count."""
+APERIODIC: Final = 0.3
+"""Largest strength of shocks without a period, which other sources make as well."""
+TOLD: Final = 0.7
+"""Confidence from which a hypothesis is said; no first hypothesis of the test records that was wrong had as much."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A figure for or against a hypothesis: ``value`` against the ``threshold`` from which it counts, in ``unit``."""
+
+    words: str
+    value: float
+    threshold: float
+    unit: str = "1"
+
+    @property
+    def strength(self) -> float:
+        """Decades above the threshold."""
+        if self.value <= 0.0:
+            return -2.0
+        return min(MOST, max(-2.0, math.log10(self.value / self.threshold)))
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A possible cause, its evidence, and the confidence that it is the cause; ``place`` is that of the gear or bearing."""
+
+    name: str
+    kind: str
+    evidence: tuple[Evidence, ...]
+    strength: float
+    confidence: float = 0.0
+    place: int = -1
+
+    @property
+    def strongest(self) -> Evidence:
+        """The evidence furthest above its threshold."""
+        return max(self.evidence, key=lambda each: each.strength)
+
+
+def ranked(machine: Machine, found: Measures, healthy: Measures | None) -> list[Hypothesis]:
+    """Return all hypotheses, the likeliest first.
+
+    The strength of each is its evidence in decades above a threshold, which a healthy record raises to `WORSE` times its own
+    value. What one cause explains of the evidence of another is taken off. Confidences are the weights 10^(2 strength) over the
+    sum of all, with 1 for none of them.
+    """
+    every = [
+        *_teeth(machine, found, healthy),
+        *_eccentric(machine, found, healthy),
+        *_bearings(machine, found, healthy),
+        *_rattle(machine, found, healthy),
+    ]
+    doubtful = {h.name for h in every if _has_twin(machine, h, every) or on_a_turn(machine, found, h)}
+    every = _explained(machine, every)
+    weights = [10.0 ** (2.0 * each.strength) if each.strength > -2.0 else 0.0 for each in every]
+    total = 1.0 + sum(weights)
+    every.append(Hypothesis(HEALTHY, "none", (), 0.0))
+    shares = [*(w / total for w in weights), 1.0 / total]
+    blind = bool(machine.meshes) and not found.speed.known
+    most = {"none": BLIND if blind else ABSENCE}
+    best = [
+        replace(h, confidence=min(ALIKE if h.name in doubtful else most.get(h.kind, CEILING), share))
+        for h, share in zip(every, shares, strict=True)
+    ]
+    return sorted(best, key=lambda each: -each.confidence)
+
+
+def _threshold(plain: float, before: Any, measure: str, *, least: float = 0.5) -> float:
+    """Return the threshold of a measure: without a healthy record the plain one, else from that one's own value on."""
+    return plain if before is None else max(least * plain, WORSE * float(getattr(before, measure)))
+
+
+def _teeth(machine: Machine, found: Measures, healthy: Measures | None) -> list[Hypothesis]:
+    largest = max((each.size for each in found.gears.values()), default=0.0)
+    hypotheses = []
+    for k, gear in found.gears.items():
+        before = healthy.gears.get(k) if healthy is not None else None
+        words = f"event at tooth {gear.tooth} of {machine.gears[k].teeth}, counted from the start, over the rest of the turn"
+        event = Evidence(words, gear.event, _threshold(EVENT, before, "event", least=0.8))
+        moment = Evidence("FM4 of the difference signal, 3 of noise", gear.indicators.fm4, 5.0)
+        # An average that holds the other gear's turn too shows its events, smaller ones.
+        strength = event.strength - (1.0 if gear.size < 0.7 * largest else 0.0)
+        name = f"damaged tooth on {machine.gears[k].name}"
+        hypotheses.append(Hypothesis(name, "tooth", (event, moment), strength, place=k))
+    for k, comb in found.events.items():
+        old = healthy.events.get(k) if healthy is not None else None
+        words = f"envelope lines of one tooth's contacts, {comb.frequency:.5g} Hz and multiples, over chance"
+        lines = Evidence(
+            words,
+            comb.height,
+            _threshold(COMB, old, "height"),
+        )
+        name = f"damaged tooth on {machine.gears[k].name}"
+        hypotheses.append(Hypothesis(name, "tooth", (lines,), lines.strength, place=k))
+    return hypotheses
+
+
+def _eccentric(machine: Machine, found: Measures, healthy: Measures | None) -> list[Hypothesis]:
+    hypotheses = []
+    for k, gear in found.gears.items():
+        before = healthy.gears.get(k) if healthy is not None else None
+        words = f"first sidebands of the mesh harmonics at the turn of {machine.gears[k].name}, over these"
+        limit = _threshold(MODULATION, before, "modulation")
+        sides = Evidence(words, gear.modulation, limit)
+        # Half a decade of modulation is as much as a decade of an event.
+        strength = min(MOST, 2.0 * sides.strength)
+        hypotheses.append(
+            Hypothesis(f"eccentric {machine.gears[k].name}", "eccentric", (sides,), strength, place=k)
+        )
+    return hypotheses
+
+
+def _bearings(machine: Machine, found: Measures, healthy: Measures | None) -> list[Hypothesis]:
+    hypotheses = []
+    for (k, part), comb in found.bearings.items():
+        before = healthy.bearings.get((k, part)) if healthy is not None else None
+        line = {"outer": "BPFO", "inner": "BPFI", "element": "BSF", "cage": "FTF"}[part]
+        words = f"envelope lines of {line} near {comb.frequency:.5g} Hz, {comb.low:.0f} to {comb.high:.0f} Hz, over chance"
+        lines = Evidence(
+            words,
+            comb.height,
+            _threshold(COMB, before, "height"),
+        )
+        off = Evidence(
+            f"distance from the kinematic {line}, which slip explains up to 0.01", abs(comb.off), 0.01
+        )
+        # Slip beyond 1 % is rare, and such a line may be another bearing's.
+        strength = lines.strength - 0.25 * (comb.off / 0.01) ** 2
+        name = f"{machine.bearings[k].name}, {PARTS[part]}"
+        hypotheses.append(Hypothesis(name, part, (lines, off), strength, place=k))
+    return hypotheses
+
+
+def _rattle(machine: Machine, found: Measures, healthy: Measures | None) -> list[Hypothesis]:
+    if not machine.meshes:
+        return []
+    combs = [*zip(found.mesh, machine.meshes, strict=True)]
+    comb, mesh = max(combs, key=lambda pair: min(pair[0].height / COMB, pair[0].depth / DEPTH))
+    at = machine.meshes.index(mesh)
+    before = healthy.mesh[at] if healthy is not None else None
+    lines = Evidence(f"envelope lines at {mesh.name} of what repeats with no shaft, over chance",
+                     comb.height, _threshold(COMB, before, "height"))  # fmt: skip
+    depth = Evidence("depth of the envelope's modulation at the mesh", comb.depth,
+                     _threshold(DEPTH, before, "depth"))  # fmt: skip
+    wave = Evidence("kurtosis of the mean mesh period, 1.5 of a sine", found.waveform,
+                    _threshold(WAVEFORM, healthy, "waveform"))  # fmt: skip
+    shocks = Evidence("kurtosis of the most impulsive band, less that of noise, in every quarter of the record",
+                      found.impulsive, _threshold(SHOCKS, healthy, "impulsive"))  # fmt: skip
+    strength = max(min(lines.strength, depth.strength), wave.strength, min(APERIODIC, shocks.strength))
+    return [Hypothesis(RATTLE, "rattle", (lines, depth, wave, shocks), strength)]
+
+
+def _explained(machine: Machine, every: list[Hypothesis]) -> list[Hypothesis]:
+    """Return the hypotheses less what the strongest one explains of their evidence."""
+    lead = max(every, key=lambda h: h.strength, default=None)
+    if lead is None or lead.strength <= 0.0:
+        return every
+    return [h if h is lead else replace(h, strength=h.strength - _share(machine, lead, h)) for h in every]
+
+
+def _share(machine: Machine, lead: Hypothesis, h: Hypothesis) -> float:
+    """Return how much of the evidence of a hypothesis the leading one explains [decades]."""
+    if lead.kind in PARTS and h.kind in PARTS:
+        # Harmonics and sidebands pass lines of the other parts; lines at one place cannot be told apart.
+        return 0.0 if look_alike(machine, lead, h) else 0.7
+    if {lead.kind, h.kind} == {"tooth", "eccentric"}:
+        return 0.5  # an event modulates too, a modulation leaves a difference
+    return 0.3 if lead.kind == "rattle" or {lead.kind, h.kind} & {*PARTS} else 0.0
+
+
+def look_alike(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
+    """Return whether slip may bring the strongest lines of two parts of bearings to one place."""
+    first, second = (_strongest_line(machine, each) for each in (one, other))
+    return any(abs(k * second / first - 1.0) < 1.25 * SLIP for k in (0.5, 1.0, 2.0))
+
+
+def _has_twin(machine: Machine, one: Hypothesis, every: list[Hypothesis]) -> bool:
+    """Return whether another part of a bearing explains the same lines nearly as well."""
+    parts = [h for h in every if h.kind in PARTS and h is not one] if one.kind in PARTS else []
+    return any(h.strength > max(0.0, one.strength - 1.0) and look_alike(machine, one, h) for h in parts)
+
+
+def on_a_turn(machine: Machine, found: Measures, h: Hypothesis) -> bool:
+    """Return whether the lines of a part of a bearing lie on multiples of a shaft's turn, which other sources have."""
+    if h.kind not in PARTS:
+        return False
+    f, comb = found.speed.frequency, found.bearings[h.place, h.kind]
+    line = comb.frequency * (2.0 if h.kind == "element" else 1.0)
+    turns = [k * shaft.order * f for shaft in machine.shafts for k in range(1, 7)]
+    return any(abs(line - turn) * found.rest.duration < 1.5 for turn in turns)
+
+
+def _strongest_line(machine: Machine, h: Hypothesis) -> float:
+    """Return the order of the strongest envelope line of a part of a bearing."""
+    bearing = machine.bearings[h.place]
+    order, times = {
+        "outer": ("bpfo", 1.0),
+        "inner": ("bpfi", 1.0),
+        "element": ("bsf", 2.0),
+        "cage": ("ftf", 1.0),
+    }[h.kind]
+    return times * machine.shafts[bearing.shaft].order * float(getattr(bearing.orders, order))
+
+
+def gear_rows(gear: GearMeasure) -> dict[str, float]:
+    """Return the indices of a gear by name."""
+    own = gear.indicators
+    return {
+        "rms": own.rms, "kurtosis": own.kurtosis, "crest factor": own.crest_factor, "FM0": own.fm0, "FM4": own.fm4,
+        "M6A": own.m6a, "M8A": own.m8a, "NA4": own.na4, "NB4": own.nb4, "energy ratio": own.energy_ratio,
+        "sideband index": own.sideband_index, "sideband level factor": own.sideband_level_factor,
+        "tooth event": gear.event, "modulation": gear.modulation,
+    }  # fmt: skip

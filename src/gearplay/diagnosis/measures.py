@@ -1,0 +1,214 @@
+"""Measures of a record from which hypotheses are weighed: tooth events, modulation, combs of envelopes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.diagnosis.envelope_combs import BandEnvelope, Comb, band_envelopes, best_comb
+from gearplay.diagnosis.machine import Bearing, Gear, Machine
+from gearplay.diagnosis.separation import Separation, ShaftAverage, separated
+from gearplay.diagnosis.shaft_speed import FoundSpeed
+from gearplay.files.record import Channel
+from gearplay.signals.envelopes import envelope
+from gearplay.signals.indicators import GearIndicators, gear_indicators, split_average
+from gearplay.signals.statistics import SignalStatistics, signal_statistics
+
+Floats = NDArray[np.float64]
+
+SLIP: Final = 0.02
+"""Relative half width of the search for lines of a bearing, whose elements slip."""
+PARTS: Final = {"outer": "outer ring", "inner": "inner ring", "element": "rolling element", "cage": "cage"}
+MODULATED: Final = 4
+"""Mesh harmonics whose sidebands are taken together."""
+
+
+@dataclass(frozen=True)
+class GearMeasure:
+    """Measures of one gear from the average over its turns.
+
+    ``event`` is the rms of the difference signal in the pitch where it is largest, as both halves of the record agree on it, over
+    that of the rest of the turn and the noise [1]; ``size`` that rms [unit]; ``tooth`` its place, counted from the start of the
+    record; ``modulation`` the sum of both first sidebands over the mesh harmonics, above the sidebands further out [1].
+    ``average`` over one turn [unit], shape [sample].
+    """
+
+    indicators: GearIndicators
+    event: float
+    size: float
+    tooth: int
+    modulation: float
+    turns: int
+    average: Floats
+
+
+@dataclass(frozen=True)
+class Measures:
+    """Measures of one record: statistics, gears by their place, bearings' parts by (bearing, part), combs of the random rest.
+
+    ``mesh`` has for each mesh the comb of the envelope of ``rest``, what repeats with no shaft; ``events`` that of the gears of
+    planetary sets, whose turns are not averaged. ``impulsive`` is the kurtosis of the most impulsive ``band`` [Hz] of the rest,
+    less that of noise, in the quarter of the record where it is least; ``waveform`` that of the mean mesh period; ``rest_share``
+    the part of the rest in the mean square.
+    """
+
+    speed: FoundSpeed
+    statistics: SignalStatistics
+    gears: dict[int, GearMeasure]
+    bearings: dict[tuple[int, str], Comb]
+    mesh: tuple[Comb, ...]
+    events: dict[int, Comb]
+    impulsive: float
+    band: tuple[float, float]
+    waveform: float
+    rest_share: float
+    rest: Channel
+
+
+def measured(
+    channel: Channel, machine: Machine, speed: FoundSpeed, healthy: Measures | None = None
+) -> Measures:
+    """Return the measures of a record; NA4 and NB4 are against a healthy one."""
+    f = speed.frequency
+    # Without the speed nothing can be averaged over turns.
+    parts = separated(channel, machine, f) if speed.known else Separation((), channel)
+    earlier = {k: each.average for k, each in healthy.gears.items()} if healthy is not None else {}
+    gears = {
+        k: found
+        for k, gear in enumerate(machine.gears)
+        if (found := _gear(gear, parts, earlier.get(k))) is not None
+    }
+    fastest = max((each.order for each in machine.shafts), default=1.0) * f
+    bearings = {(k, part): f * machine.shafts[b.shaft].order * getattr(b.orders, name)
+                for k, b in enumerate(machine.bearings)
+                for part, name in (("outer", "bpfo"), ("inner", "bpfi"), ("element", "bsf"), ("cage", "ftf"))}  # fmt: skip
+    bands = band_envelopes(parts.rest, 8.0 * max([fastest, *(0.6 * each for each in bearings.values())]))
+    planetary = [
+        k for k, gear in enumerate(machine.gears) if gear.shaft is None and not gear.name.endswith(".ring")
+    ]
+    # A shaft whose own turn stands in the envelope of the rest, by gears or a load, has its multiples there too.
+    turning = [each for each in machine.shafts if speed.known and _stands(bands, each.order * f)]
+    taken = np.array([k * each.order * f for each in turning for k in range(1, 11)])
+    combs = {
+        key: best_comb(
+            bands, line, _pattern(machine, machine.bearings[key[0]], key[1], f), search=SLIP, without=taken
+        )
+        for key, line in bearings.items()
+    }
+    loudest = max(bands, key=lambda band: band.kurtosis, default=None)
+    band = (loudest.low, loudest.high) if loudest is not None else (0.0, 0.0)
+    mean = float(np.var(channel.values))
+    return Measures(
+        speed,
+        signal_statistics(channel, remove_mean=True),
+        gears,
+        combs,
+        tuple(_fixed_comb(bands, each.order * f, (1.0, 2.0, 3.0)) for each in machine.meshes),
+        {k: _fixed_comb(bands, machine.gears[k].order * f, (1.0, 2.0, 3.0, 4.0)) for k in planetary},
+        _shocks(parts.rest, band),
+        band,
+        _waveform(machine, parts),
+        float(np.var(parts.rest.values)) / mean if mean > 0.0 else 0.0,
+        parts.rest,
+    )
+
+
+def _fixed_comb(bands: list[BandEnvelope], frequency: float, multiples: tuple[float, ...]) -> Comb:
+    return best_comb(bands, frequency, [(k, 0.0) for k in multiples])
+
+
+def _shocks(rest: Channel, band: tuple[float, float]) -> float:
+    """Return the least kurtosis of the band over the quarters of a record, less that of noise: one shock is no rattle."""
+    if band[1] <= band[0]:
+        return 0.0
+    square = envelope(rest, *band).channel.values ** 2
+    means = [float(np.mean(q)) for q in np.array_split(square, 4)]
+    if min(means) <= 0.0:
+        return 0.0
+    quarters = [q / mean for q, mean in zip(np.array_split(square, 4), means, strict=True)]
+    return min(float(np.mean(q * q)) for q in quarters) - 2.0
+
+
+def _stands(bands: list[BandEnvelope], frequency: float) -> bool:
+    comb = _fixed_comb(bands, frequency, (1.0,))
+    return comb.height > 1.0
+
+
+def _pattern(machine: Machine, bearing: Bearing, part: str, f: float) -> list[tuple[float, float]]:
+    """Return the lines of a defect: multiples of its frequency, and modulation by shaft or cage as offsets [Hz]."""
+    turn = machine.shafts[bearing.shaft].order * f
+    if part == "inner":  # the load zone is passed once a turn
+        return [(1.0, 0.0), (2.0, 0.0), (1.0, -turn), (1.0, turn), (2.0, -turn), (2.0, turn)]
+    if part == "element":  # it meets both rings, its load changes with the cage
+        cage = turn * bearing.orders.ftf
+        return [(1.0, 0.0), (2.0, 0.0), (4.0, 0.0), (2.0, -cage), (2.0, cage), (4.0, -cage)]
+    return [(float(k), 0.0) for k in (range(1, 7) if part == "cage" else range(1, 5))]
+
+
+def _gear(gear: Gear, parts: Separation, earlier: Floats | None) -> GearMeasure | None:
+    """Return the measures of one gear, None where its shaft turns too seldom or carries too few samples."""
+    found = parts.of(gear.shaft) if gear.shaft is not None else None
+    if found is None or found.average.size < 4 * gear.teeth:
+        return None
+    size, event, tooth = _event(found, gear.teeth)
+    history = () if earlier is None else (earlier,)
+    return GearMeasure(
+        gear_indicators(found.average, gear.teeth, history=history), event, size, tooth,
+        _modulation(found, gear.teeth), found.turns, found.average,
+    )  # fmt: skip
+
+
+def _event(found: ShaftAverage, z: int) -> tuple[float, float, int]:
+    """Return size and ratio of the local event, and its tooth."""
+    even, odd = (split_average(half, z).difference for half in found.halves)
+    pitch = max(1, round(even.size / z))
+
+    def over_pitch(x: Floats) -> Floats:
+        total = np.cumsum(np.concatenate([x, x[:pitch]]))
+        return np.asarray((total[pitch:] - total[:-pitch]) / pitch)
+
+    # What both halves share is no noise: their product has the event's energy, their difference the noise's.
+    shared, noise = over_pitch(even * odd), over_pitch((0.5 * (even - odd)) ** 2)
+    at = int(np.argmax(shared))
+    size = math.sqrt(max(float(shared[at]), 0.0))
+    beside = float(np.median(np.maximum(shared, 0.0))) + float(np.median(noise))
+    ratio = size / math.sqrt(beside) if beside > 0.0 else 0.0
+    if size < 1e-9 * float(np.max(np.abs(found.average))):
+        return 0.0, 0.0, 1
+    return size, ratio, int((at + 0.5 * pitch) * z / even.size) % z + 1
+
+
+def _modulation(found: ShaftAverage, z: int) -> float:
+    """Return both first sidebands of the mesh harmonics over these, above the level of the other orders around."""
+    amplitude = 2.0 * np.abs(np.fft.rfft(found.average)) / found.average.size
+    sides, carriers = 0.0, 0.0
+    for h in range(1, MODULATED + 1):
+        at, half = h * z, max(3, z // 2)
+        if at + half >= amplitude.size:
+            break
+        around = np.concatenate([amplitude[at - half : at - 2], amplitude[at + 3 : at + half + 1]])
+        level = 1.5 * float(np.median(around)) if around.size else 0.0
+        sides += sum(max(0.0, float(amplitude[k]) - level) for k in (at - 1, at + 1)) ** 2
+        carriers += max(0.0, float(amplitude[at]) - level) ** 2
+    return math.sqrt(sides / carriers) if carriers > 0.0 else 0.0
+
+
+def _waveform(machine: Machine, parts: Separation) -> float:
+    """Return the largest kurtosis of the mean mesh period of a gear; 1.5 of a sine."""
+    found = [1.5]
+    for gear in machine.gears:
+        average = parts.of(gear.shaft) if gear.shaft is not None else None
+        if average is None or average.average.size < 8 * gear.teeth:
+            continue
+        transform = np.fft.rfft(average.average)
+        kept = np.zeros_like(transform)
+        kept[gear.teeth :: gear.teeth] = transform[gear.teeth :: gear.teeth]
+        wave = np.fft.irfft(kept, average.average.size)
+        square = wave * wave
+        mean = float(np.mean(square))
+        found.append(float(np.mean(square * square)) / mean**2 if mean > 0.0 else 1.5)
+    return max(found)

@@ -1,0 +1,189 @@
+"""Names of the lines of a spectrum and of an envelope spectrum."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.diagnosis.machine import Machine
+from gearplay.diagnosis.shaft_speed import FoundSpeed, floor_of
+
+Floats = NDArray[np.float64]
+
+FOUND: Final = 4.0
+"""Amplitude over the median around, from which a line is there."""
+STRONGEST: Final = 12
+"""Strongest peaks that are named, too."""
+UNNAMED: Final = "unnamed"
+
+
+@dataclass(frozen=True)
+class NamedLine:
+    """A line: where it is expected (nan of a peak without a name) and found [Hz], its amplitude [unit] and prominence [1].
+
+    Of a line that is not there, ``frequency`` is nan, and ``amplitude`` the largest value near where it should be.
+    """
+
+    name: str
+    domain: str
+    expected: float
+    frequency: float
+    amplitude: float
+    prominence: float
+
+
+def spectrum_names(machine: Machine, f: float) -> dict[str, float]:
+    """Return the lines of interest of a spectrum [Hz]: meshes with sidebands, shafts, hunting teeth, planetary orders."""
+    found: dict[str, float] = {}
+    for mesh in machine.meshes:
+        for h in (1, 2, 3):
+            found[_times(h, mesh.name)] = h * mesh.order * f
+        for k in mesh.gears:
+            gear = machine.gears[k]
+            found[f"{mesh.name} - {gear.name}"] = (mesh.order - gear.order) * f
+            found[f"{mesh.name} + {gear.name}"] = (mesh.order + gear.order) * f
+        found[f"hunting tooth of {mesh.name}"] = machine.hunting(mesh) * f
+    for shaft in machine.shafts:
+        for h in (1, 2):
+            found[_times(h, f"turn of {shaft.name}")] = h * shaft.order * f
+    found |= {name: order * f for name, order in machine.others.items()}
+    return found
+
+
+def envelope_names(machine: Machine, f: float) -> dict[str, float]:
+    """Return the lines of interest of an envelope spectrum [Hz]: bearings with multiples and modulation, shafts, meshes."""
+    found: dict[str, float] = {}
+    for bearing in machine.bearings:
+        turn = machine.shafts[bearing.shaft].order * f
+        suffix = f" of {bearing.name}" if len(machine.bearings) > 1 else ""
+        lines = bearing.orders.frequencies(turn)
+        for name in ("BPFO", "BPFI", "BSF", "FTF"):
+            for h in (1, 2, 3, 4):
+                found[_times(h, name) + suffix] = h * lines[name]
+        for h in (1, 2, 3, 4):
+            found[f"{_times(h, 'BPFI')} - turn{suffix}"] = h * lines["BPFI"] - turn
+            found[f"{_times(h, 'BPFI')} + turn{suffix}"] = h * lines["BPFI"] + turn
+        found[f"2 x BSF - FTF{suffix}"] = 2.0 * lines["BSF"] - lines["FTF"]
+        found[f"2 x BSF + FTF{suffix}"] = 2.0 * lines["BSF"] + lines["FTF"]
+    for shaft in machine.shafts:
+        for h in (1, 2, 3, 4):
+            found[_times(h, f"turn of {shaft.name}")] = h * shaft.order * f
+    for gear in machine.gears:
+        if gear.shaft is None:
+            found[f"tooth of {gear.name}"] = gear.order * f
+    found |= {_times(h, mesh.name): h * mesh.order * f for mesh in machine.meshes for h in (1, 2)}
+    return found
+
+
+def _times(h: int, name: str) -> str:
+    return name if h == 1 else f"{h} x {name}"
+
+
+def _more_names(machine: Machine, f: float) -> dict[str, float]:
+    """Return further lines by which peaks of a spectrum are named: high mesh harmonics with sidebands, shaft orders."""
+    found: dict[str, float] = {}
+    for mesh in machine.meshes:
+        for h in range(1, 16):
+            at = h * mesh.order * f
+            found[_times(h, mesh.name)] = at
+            for k in mesh.gears:
+                for m in (1, 2, 3):
+                    gear = machine.gears[k]
+                    found[f"{_times(h, mesh.name)} - {_times(m, gear.name)}"] = at - m * gear.order * f
+                    found[f"{_times(h, mesh.name)} + {_times(m, gear.name)}"] = at + m * gear.order * f
+    for shaft in machine.shafts:
+        found |= {_times(h, f"turn of {shaft.name}"): h * shaft.order * f for h in range(1, 11)}
+    return found
+
+
+def named_spectrum(
+    frequency: Floats, amplitude: Floats, machine: Machine, speed: FoundSpeed
+) -> list[NamedLine]:
+    """Return the lines of interest of an amplitude spectrum, and its strongest peaks with their names."""
+    f = speed.frequency
+    slip = 0.0 if speed.known else 0.02
+    wanted = spectrum_names(machine, f)
+    return _named(
+        frequency,
+        amplitude,
+        wanted,
+        wanted | _more_names(machine, f),
+        "spectrum",
+        dict.fromkeys(wanted, slip),
+        slip,
+    )
+
+
+def named_envelope(
+    frequency: Floats, amplitude: Floats, machine: Machine, speed: FoundSpeed
+) -> list[NamedLine]:
+    """Return the lines of interest of an envelope spectrum, and its strongest peaks with their names; bearings slip."""
+    wanted = envelope_names(machine, speed.frequency)
+    plain = 0.0 if speed.known else 0.02
+    slips = {name: 0.015 if any(word in name for word in ("BPF", "BSF", "FTF")) else plain for name in wanted}
+    return _named(frequency, amplitude, wanted, wanted, "envelope", slips, 0.01)
+
+
+def _each_once(lines: list[NamedLine]) -> list[NamedLine]:
+    """Return the lines with each peak under the name that expects it nearest."""
+    nearest: dict[float, NamedLine] = {}
+    for line in lines:
+        other = nearest.get(line.frequency)
+        if other is None or abs(line.frequency - line.expected) < abs(other.frequency - other.expected):
+            nearest[line.frequency] = line
+    return [line for line in lines if math.isnan(line.frequency) or nearest[line.frequency] is line]
+
+
+def _named(
+    frequency: Floats,
+    amplitude: Floats,
+    wanted: dict[str, float],
+    known: dict[str, float],
+    domain: str,
+    slips: dict[str, float],
+    slip: float,
+) -> list[NamedLine]:
+    resolution = float(frequency[1] - frequency[0])
+    power = amplitude**2
+    level = np.sqrt(floor_of(power))
+    lines = []
+    for name, expected in wanted.items():
+        margin = max(1.5 * resolution, slips[name] * expected)
+        first, last = (
+            math.ceil((expected - margin) / resolution),
+            math.floor((expected + margin) / resolution),
+        )
+        if first < 2 or last > amplitude.size - 2:
+            continue
+        at = first + int(np.argmax(amplitude[first : last + 1]))
+        height = float(amplitude[at] / level[at])
+        is_peak = amplitude[at] >= amplitude[at - 1] and amplitude[at] >= amplitude[at + 1]
+        there = height >= FOUND and is_peak
+        lines.append(NamedLine(name, domain, expected, float(frequency[at]) if there else math.nan,
+                               float(amplitude[at]), height))  # fmt: skip
+    lines = _each_once(lines)
+    taken = {each.frequency for each in lines}
+    names, places = list(known), np.array(list(known.values())) if known else np.zeros(0)
+    tops = [k for k in range(2, amplitude.size - 1) if amplitude[k - 1] < amplitude[k] >= amplitude[k + 1]]
+    tops = sorted((k for k in tops if amplitude[k] >= FOUND * level[k]), key=lambda k: -amplitude[k])[
+        :STRONGEST
+    ]
+    for k in tops:
+        at_frequency = float(frequency[k])
+        if at_frequency in taken:
+            continue
+        name, expected = UNNAMED, math.nan
+        if places.size:
+            nearest = int(np.argmin(np.abs(places - at_frequency)))
+            if abs(places[nearest] - at_frequency) <= max(1.5 * resolution, slip * at_frequency):
+                name, expected = names[nearest], float(places[nearest])
+        lines.append(
+            NamedLine(
+                name, domain, expected, at_frequency, float(amplitude[k]), float(amplitude[k] / level[k])
+            )
+        )
+    return lines

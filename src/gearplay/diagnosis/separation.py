@@ -1,0 +1,96 @@
+"""Separation of a record into what repeats with each shaft and the random rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.diagnosis.machine import Machine
+from gearplay.files.record import Channel
+from gearplay.signals.checks import TWO_PI
+from gearplay.signals.resampling import resampled
+
+Floats = NDArray[np.float64]
+
+LEAST_TURNS: Final = 8
+"""Turns of a shaft from which an average separates it from the others."""
+
+
+@dataclass(frozen=True)
+class ShaftAverage:
+    """Average over the turns of one shaft after that of faster shafts has been taken off.
+
+    ``average`` and ``alone`` [unit], shape [sample], over one turn: of the whole signal, and of what the other shafts leave;
+    ``halves``, shape [2, sample], the latter over even and over odd turns; ``turns`` their number.
+    """
+
+    shaft: int
+    average: Floats
+    alone: Floats
+    halves: Floats
+    turns: int
+
+
+@dataclass(frozen=True)
+class Separation:
+    """Averages of the shafts that turn often enough, fastest first, and the ``rest`` that repeats with none."""
+
+    shafts: tuple[ShaftAverage, ...]
+    rest: Channel
+
+    def of(self, shaft: int | None) -> ShaftAverage | None:
+        """Return the average of a shaft, None where there is none."""
+        return next((each for each in self.shafts if each.shaft == shaft), None)
+
+
+def separated(channel: Channel, machine: Machine, speed: float) -> Separation:
+    """Return the averages of the shafts at the first one's speed [Hz], fastest shaft first, and the rest.
+
+    Source: Randall, Sawalhi, Coats, Mech. Syst. Signal Process. 25 (2011) 1769 (separation of gear and bearing signals).
+    """
+    rest = channel
+    found: list[ShaftAverage] = []
+    order = sorted(range(len(machine.shafts)), key=lambda k: -machine.shafts[k].order)
+    for k in order:
+        frequency = speed * machine.shafts[k].order
+        if frequency * channel.duration < LEAST_TURNS + 1 or frequency > 0.1 * channel.sampling:
+            continue
+        if any(
+            abs(machine.shafts[k].order / machine.shafts[each.shaft].order - 1.0) < 1e-9 for each in found
+        ):
+            continue  # turns with another one: one average holds both
+        table = _turns(rest, frequency)
+        whole = table if rest is channel else _turns(channel, frequency)
+        alone = np.mean(table, axis=0)
+        found.append(
+            ShaftAverage(
+                k, np.mean(whole, axis=0), alone,
+                np.stack([np.mean(table[::2], axis=0), np.mean(table[1::2], axis=0)]), table.shape[0],
+            )
+        )  # fmt: skip
+        rest = Channel(channel.name, rest.values - _repeated(alone, frequency, channel), channel.sampling,
+                       channel.unit, channel.start)  # fmt: skip
+    return Separation(tuple(found), rest)
+
+
+def _turns(channel: Channel, frequency: float) -> Floats:
+    """Return the signal over the turns of a shaft, shape [turn, sample], from the start of the record."""
+    start = Channel(channel.name, channel.values, channel.sampling, channel.unit)
+    record = resampled(start, TWO_PI * frequency)
+    per = record.samples_per_revolution
+    skipped = -record.first % per
+    count = (record.values.size - skipped) // per
+    return record.values[skipped : skipped + count * per].reshape(count, per)
+
+
+def _repeated(average: Floats, frequency: float, channel: Channel) -> Floats:
+    """Return an average over one turn as it repeats in time, shape [time]."""
+    from scipy.ndimage import map_coordinates
+    from scipy.signal import resample
+
+    fine = resample(average, 4 * average.size)
+    angle = (np.arange(channel.size) * (frequency / channel.sampling)) % 1.0
+    return np.asarray(map_coordinates(fine, [angle * fine.size], order=3, mode="grid-wrap"))

@@ -1,0 +1,115 @@
+"""Speed of the first shaft from the lines of the record: the nominal one may be off by some per cent."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.diagnosis.machine import Machine
+from gearplay.results.spectra import Spectrum
+from gearplay.signals.lines import find_line
+
+Floats = NDArray[np.float64]
+
+SEARCH: Final = 0.025
+"""Relative half width of the range searched: 2 % and some margin."""
+HARMONICS: Final = 4
+"""Harmonics of each mesh in the comb."""
+STANDS_OUT: Final = 8.0
+"""Amplitude of a line over the median of its surroundings, from which it fixes the speed."""
+
+
+@dataclass(frozen=True)
+class FoundSpeed:
+    """Speed of the first shaft [Hz], its standard uncertainty [Hz], and ``source``: "mesh", "shaft", "nominal" or "measured"."""
+
+    frequency: float
+    uncertainty: float
+    source: str
+
+    @property
+    def known(self) -> bool:
+        """Whether the lines of the record, or a speed channel, fix the speed."""
+        return self.source != "nominal"
+
+
+def floor_of(power: Floats, block: int = 10, blocks: int = 11) -> Floats:
+    """Return the median of ``power`` around each line: the median of the medians of blocks of lines, interpolated."""
+    from scipy.ndimage import median_filter
+
+    count = max(1, power.size // block)
+    middle = np.median(power[: count * block].reshape(count, -1), axis=1)
+    level = median_filter(middle, size=min(blocks, count), mode="reflect")
+    places = (np.arange(count) + 0.5) * (power.size // count) - 0.5
+    largest = float(np.max(power, initial=0.0))
+    return np.asarray(np.maximum(np.interp(np.arange(power.size), places, level), 1e-24 * largest + 1e-300))
+
+
+def found_speed(spectrum: Spectrum, machine: Machine, nominal: float) -> FoundSpeed:
+    """Return the speed at which mesh harmonics, else shaft orders, stand highest over the spectrum around them.
+
+    The comb is summed in logarithms, so that one strong neighbour, as a sideband, does not win; the lines that stand out are then
+    located between the bins, and weighed by their order.
+    """
+    resolution = spectrum.resolution
+    top = float(spectrum.frequency[-1]) / (1.0 + SEARCH) - 4.0 * resolution
+    mesh = [k * each.order for each in machine.meshes for k in range(1, HARMONICS + 1)]
+    shaft = [k * each.order for each in machine.shafts for k in range(1, 4)]
+    for source, own, more in (("mesh", mesh, shaft[:2]), ("shaft", shaft, [])):
+        low = 3.0 * resolution / (1.0 - SEARCH)
+        orders = np.array(sorted({o for o in own if low < o * nominal < top}))
+        if not orders.size:
+            continue
+        beside = np.array([o for o in more if low < o * nominal < top])
+        at = _best(spectrum, orders, beside, nominal)
+        found = _located(spectrum, orders, at)
+        if found is not None:
+            return FoundSpeed(*found, source)
+    return FoundSpeed(nominal, 0.02 * nominal, "nominal")
+
+
+def _best(spectrum: Spectrum, orders: Floats, beside: Floats, nominal: float) -> float:
+    """Return the speed [Hz] of the highest comb."""
+    power = spectrum.amplitude**2
+    height = np.log1p(power / floor_of(power))
+    step = 0.25 * spectrum.resolution / float(orders[-1])
+    count = min(400_000, math.ceil(2.0 * SEARCH * nominal / step) + 1)
+    speeds = np.linspace((1.0 - SEARCH) * nominal, (1.0 + SEARCH) * nominal, count)
+    lines = np.arange(power.size)
+    total = np.zeros(count)
+    for weight, some in ((1.0, orders), (0.3, beside)):
+        for order in some:
+            total += weight * np.interp(speeds * order / spectrum.resolution, lines, height)
+    # Of equal combs the one nearest to the nominal speed.
+    total -= 1e-6 * np.abs(speeds / nominal - 1.0)
+    return float(speeds[int(np.argmax(total))])
+
+
+def _located(spectrum: Spectrum, orders: Floats, speed: float) -> tuple[float, float] | None:
+    """Return speed and uncertainty [Hz] by the lines that stand out, None where none does."""
+    power = spectrum.amplitude**2
+    level = np.sqrt(floor_of(power))
+    values, weights = [], []
+    for order in orders:
+        expected = order * speed
+        at = round(expected / spectrum.resolution)
+        if not 3 <= at < power.size - 3:
+            continue
+        near = slice(at - 1, at + 2)
+        if float(np.max(spectrum.amplitude[near] / level[near])) < STANDS_OUT:
+            continue
+        line = find_line(spectrum, expected, search=1e-9)
+        if abs(line.frequency - expected) > 1.6 * spectrum.resolution:
+            continue
+        values.append(line.frequency / order)
+        weights.append((order * min(line.amplitude / float(level[at]), 1e3)) ** 2)
+    if not values:
+        return None
+    w = np.array(weights)
+    mean = float(np.average(values, weights=w))
+    # A line of prominence p is located to about 0.5 / p of a bin.
+    return mean, max(0.5 * spectrum.resolution / math.sqrt(float(np.sum(w))), 1e-9 * mean)

@@ -1,0 +1,151 @@
+"""`gearplay diagnose`: one command from a record to the conclusion; files, JSON, refusals."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+import gearplay as gp
+from gearplay.cli.main import run
+from machine_records import bearing_record, machine_record
+
+BEARING = ["--bearing", "9, 7.94mm, 39.04mm"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("records")
+    channel = bearing_record()
+    savemat(place / "105.mat", {channel.name: channel.values, "fs": channel.sampling, "X105RPM": 1797.0})
+    for name, condition, seed in (("worn", "tooth 2", 5), ("new", "healthy", 6)):
+        gp.write_record(gp.Record((machine_record(condition, seed)[0],)), place / f"{name}.h5")
+    return place
+
+
+def document(capsys: pytest.CaptureFixture[str], *words: object) -> dict[str, Any]:
+    assert run(["diagnose", *map(str, words), "--json"]) == 0
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+@pytest.mark.parametrize("speed", ["1797 rpm", "X105RPM"])
+def test_inner_ring_of_a_motors_bearing__from_the_envelope(
+    speed: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = document(capsys, folder / "105.mat", *BEARING, "--speed", speed)
+    assert found["hypotheses"][0]["name"] == "bearing, inner ring"
+    assert found["told"]
+    assert found["hypotheses"][0]["confidence"] >= found["stated_confidence"]
+    line = next(each for each in found["lines"] if each["name"] == "BPFI")
+    assert line["expected"] == pytest.approx(162.2, abs=0.05)
+    assert line["frequency"] == pytest.approx(162.2, rel=0.01)
+
+
+def test_text__conclusion_first_then_lines_by_name(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [
+        str(folder / "worn.h5"),
+        "--teeth",
+        "23:61",
+        "--bearing",
+        "8,7.9mm,33.5mm",
+        "--speed",
+        "1500 rpm",
+    ]
+    assert run(["diagnose", *words, "--healthy", str(folder / "new.h5"), "--out", str(tmp_path / "out")]) == 0
+    shown = capsys.readouterr().out
+    assert shown.startswith("Damaged tooth on gear 2 (61 teeth), confidence 0.9")
+    for part in (
+        "cannot be told:",
+        "2 x mesh, expected",
+        "turn of shaft 2",
+        "FM4 of gear 2 (61 teeth)",
+        "(healthy ",
+    ):
+        assert part in shown
+    assert (tmp_path / "out" / "diagnosis.png").read_bytes().startswith(b"\x89PNG")
+    assert gp.read_result(tmp_path / "out" / "diagnosis.nc").told
+    assert run(["diagnose", *words, "--out", str(tmp_path / "out")]) == 2
+    assert "must not exist yet" in " ".join(capsys.readouterr().err.split())
+
+
+def test_tacho__a_channel_of_pulses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    channel, f = machine_record("tooth 1", 2)
+    pulses = (np.sin(2 * np.pi * 4 * f * channel.time) > 0.0).astype(float)
+    both = (channel, gp.Channel("tacho", pulses, channel.sampling, "V"))
+    gp.write_record(gp.Record(both), tmp_path / "both.h5")
+    words = ("--teeth", "23:61", "--channel", "acc", "--speed", "tacho", "--pulses", "4")
+    found = document(capsys, tmp_path / "both.h5", *words)
+    assert found["speed_source"] == "measured"
+    assert found["shaft_speed"] == pytest.approx(f, rel=1e-4)
+    assert found["hypotheses"][0]["name"] == "damaged tooth on gear 1 (23 teeth)"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ([], "must be described by a case, teeth or bearings"),
+        (["--teeth", "23:61", "--speed", "no such"], "--speed"),
+        (["--teeth", "23"], "must be numbers of teeth"),
+        (["--teeth", "23:61"], "must be given, within 2 %"),
+        (["--teeth", "23:61", "--case", "han2021"], "must not be given with a case"),
+        (["--case", "no-such-case"], "no-such-case"),
+        (["--bearing", "8,7.9mm,33.5mm@3", "--speed", "1500 rpm"], "must sit on shaft 1, the only one"),
+        (["--bearing", "8;7.9;33", "--speed", "1500 rpm"], "must be a bearing's geometry"),
+        (["--teeth", "23:61", "--speed", "1500 rpm", "--channel", "ac"], "ac"),
+        (["--teeth", "23:61", "--speed", "1500 rpm", "--pulses", "4"], "must name the channel of the pulses"),
+        (["--teeth", "23:61", "--speed", "1 rpm"], "must last 10 turns"),
+    ],
+)
+def test_refusals__one_sentence(
+    words: list[str], sentence: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["diagnose", str(folder / "worn.h5"), *words]) == 2
+    shown = " ".join(capsys.readouterr().err.split())
+    assert sentence in shown
+    assert "Traceback" not in shown
+    assert shown.count(". ") <= 2
+
+
+def test_a_file_that_is_no_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.wav").write_bytes(b"RIFF0000")
+    assert run(["diagnose", str(tmp_path / "a.wav"), "--teeth", "23:61", "--speed", "1500 rpm"]) == 6
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_analyze__indicators_and_the_most_impulsive_band(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    channel, f = machine_record("tooth 2", 5)
+    speed = f"{60 * f * 23 / 61:.9g} rpm"
+    words = ["analyze", str(folder / "worn.h5"), "--speed", speed, "--teeth", "61", "--envelope"]
+    assert run([*words, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    average = gp.signals.synchronous_average(channel, 2 * np.pi * f * 23 / 61)
+    own = gp.signals.gear_indicators(average, 61)
+    assert found["indicators"]["fm4"] == pytest.approx(own.fm4, rel=1e-3)
+    assert found["indicators"]["fm4"] > 10.0
+    assert (found["envelope"]["low"], found["envelope"]["high"]) == gp.signals.most_impulsive_band(channel)
+    assert run(words) == 0
+    shown = capsys.readouterr().out
+    assert "M8A" in shown
+    assert "indicators of the gear of 61 teeth" in shown
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--teeth", "61"], "must be given with --teeth"),
+        (["--envelope", "--band", "1kHz", "2kHz"], "must not be given with --band"),
+        (["--teeth", "6100", "--speed", "1500 rpm"], "at least 4 samples for each"),
+    ],
+)
+def test_analyze__refusals(
+    words: list[str], sentence: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["analyze", str(folder / "worn.h5"), *words]) == 2
+    assert sentence in " ".join(capsys.readouterr().err.split())
