@@ -30,6 +30,7 @@ from gearplay.public_functions import read_result as read_result
 from gearplay.results.result import Result as Result
 from gearplay.results.simulate import simulate as simulate
 from gearplay.rig.measurement import measure as measure
+from gearplay.stepping.stepper import Stepper as Stepper
 from gearplay.sweeps.sweep import sweep as sweep
 from gearplay.vocabulary.errors import GearplayError as GearplayError
 from gearplay.vocabulary.errors import InputError as InputError
