@@ -5,6 +5,7 @@ from gearplay.files.measurements import read_measurement as read_measurement
 from gearplay.files.measurements import write_record as write_record
 from gearplay.files.record import Channel as Channel
 from gearplay.files.record import Record as Record
+from gearplay.fmu.export import export_fmu as export_fmu
 from gearplay.linear.analyses import campbell as campbell
 from gearplay.linear.analyses import frequency_response as frequency_response
 from gearplay.linear.analyses import modes as modes

@@ -175,6 +175,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "periods": Whole(100),
         "order": Whole(1, 1000),
         "doublings": Whole(0, 8),
+        "fmi": Whole(2, 3),
         "orbits": Whole(2, 100_000),
         "frames": Whole(2),
         "threads": Whole(1, 4096),
@@ -207,7 +208,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
             FLAG,
         ),
         **dict.fromkeys(("contact", "change", "load", "name", "format"), TEXT),
-        **dict.fromkeys(("signals", "directions"), TEXTS),
+        **dict.fromkeys(("signals", "directions", "inputs", "outputs", "tune", "platforms"), TEXTS),
         **dict.fromkeys(("channels", "at"), listed(str, "text", single=True)),
         **dict.fromkeys(("folder", "records"), PATH),
         **dict.fromkeys(("changes", "run", "calibration", "units"), TABLE),
@@ -252,7 +253,7 @@ OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
             (function, "settle"): Whole(0, 10_000_000)
             for function in ("branch", "branches", "periodic_orbit")
         },
-        **{(function, "path"): PATH for function in ("read_measurement", "read_result", "write_record")},
+        **{(function, "path"): PATH for function in ("export_fmu", "read_measurement", "read_result", "write_record")},
     }
 )
 """Parameters that mean something else in one function: ``(function, parameter)``."""

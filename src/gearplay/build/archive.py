@@ -1,0 +1,41 @@
+"""Static libraries: archives of object files, with the index of symbols that linkers look for."""
+
+import os
+import struct
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from gearplay.kernels.library import SOURCES, content_digest
+
+ARCHIVE: Final = ".a"
+_MAGIC: Final = b"!<arch>\n"
+
+
+def archive(objects: Sequence[Path], symbols: Sequence[str], folder: Path) -> Path:
+    """Write an archive of object files, each of which defines one symbol, into a folder; return its file.
+
+    The format is that of GNU ar, which linkers for Windows read too: a member "/" with the offset of each symbol's member.
+    """
+    contents = [file.read_bytes() for file in objects]
+    names = b"".join(symbol.encode("ascii") + b"\0" for symbol in symbols)
+    index_size = 4 + 4 * len(symbols) + len(names)
+    at, offsets = len(_MAGIC) + 60 + index_size + index_size % 2, []
+    for content in contents:
+        offsets.append(at)
+        at += 60 + len(content) + len(content) % 2
+    index = struct.pack(f">I{len(offsets)}I", len(offsets), *offsets) + names
+    parts = [_MAGIC, *_member("/", index)]
+    for n, content in enumerate(contents):
+        parts += _member(f"{n}.o/", content)
+    whole = b"".join(parts)
+    file = folder / f"gearplay-{SOURCES}-{content_digest(whole)}{ARCHIVE}"
+    beside = file.with_suffix(".part")
+    beside.write_bytes(whole)
+    os.replace(beside, file)
+    return file
+
+
+def _member(name: str, content: bytes) -> list[bytes]:
+    head = f"{name:<16}{0:<12}{0:<6}{0:<6}{'644':<8}{len(content):<10}`\n"
+    return [head.encode("ascii"), content, b"\n" * (len(content) % 2)]
