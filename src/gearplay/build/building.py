@@ -52,7 +52,9 @@ def build(
             for each, at in places.items():
                 at.mkdir(exist_ok=True)
                 if static:
-                    found[each] = archive(objects[each], sorted(kernel.symbol for kernel in KERNELS.values()), at)
+                    found[each] = archive(
+                        objects[each], sorted(kernel.symbol for kernel in KERNELS.values()), at
+                    )
                 else:
                     found[each] = link(each, [*objects[each], forms_object(place / "objects", each)], at)
             _forget_old(place)

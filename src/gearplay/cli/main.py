@@ -30,6 +30,7 @@ COMMANDS: Final = (
     "plot",
     "animate",
     "export",
+    "export_fmu",
     "study",
     "sweep",
     "resume",
@@ -47,6 +48,8 @@ COMMANDS: Final = (
 """Functions of the commands, in modules of `gearplay.cli` of their names, which are imported when they are called or listed."""
 MODULES: Final = {"resume": "sweep"}
 """Modules of other names."""
+WORDS: Final = {"export_fmu": "export fmu"}
+"""Commands of two words."""
 
 FIRST_STEP: Final = """\
 Begin with: gearplay run han2021 --set sleeves.ring.radial_clearance=50um
@@ -69,7 +72,7 @@ def _command(name: str) -> Any:
 class _Commands(Mapping[str, Any]):
     """Commands by the names on the command line."""
 
-    _names: Final = {name.replace("_", "-"): name for name in COMMANDS}
+    _names: Final = {WORDS.get(name, name.replace("_", "-")): name for name in COMMANDS}
 
     def __getitem__(self, name: str) -> Any:
         return _command(self._names[name])
@@ -87,6 +90,12 @@ class _Group(TyperGroup):
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
         self.commands = _Commands()  # type: ignore[assignment]
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command of the first word, or of the first two."""
+        if " ".join(args[:2]) in WORDS.values():
+            args = [" ".join(args[:2]), *args[2:]]
+        return super().resolve_command(ctx, args)
 
 
 app = typer.Typer(

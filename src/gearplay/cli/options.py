@@ -26,6 +26,7 @@ Period = Annotated[str, typer.Option("--period", help="common, mesh, shaft, or a
 OPTIONS: Final = {
     **{name: f"--{name}" for name in ("at", "doublings", "keep", "member", "orbits", "order", "period")},
     **{name: f"--{name}" for name in ("periods", "settle", "show", "signal", "window")},
+    **{name: f"--{name}" for name in ("fmi", "inputs", "outputs", "platforms", "tune")},
     "change": "--set",
     "ensemble": "--members",
 }
@@ -85,4 +86,10 @@ def with_options(error: GearplayError) -> GearplayError:
 def _translated(text: str) -> str:
     for there, here in PHRASES.items():
         text = text.replace(there, here)
-    return re.sub(r"See help\(gearplay\.(\w+)\)", r"See gearplay \1 --help", text)
+    return re.sub(
+        r"See help\(gearplay\.(\w+)\)", lambda found: f"See gearplay {_command(found[1])} --help", text
+    )
+
+
+def _command(function: str) -> str:
+    return "export fmu" if function == "export_fmu" else function.replace("_", "-")

@@ -68,7 +68,9 @@ def make_data(
     words = image.words
     if words.nbytes > MOST_BYTES:
         rule = f"must take {MOST_BYTES >> 20} MB at most, and takes {words.nbytes / 2**20:.3g}"
-        raise InputError(Fault("case", f"{len(case.rotors)} rotors", rule, "Shorten its tables, or its record of the base"))
+        raise InputError(
+            Fault("case", f"{len(case.rotors)} rotors", rule, "Shorten its tables, or its record of the base")
+        )
     rows = _word_rows(image, packed, system, run, start, inputs, tunes)
     digest = hashlib.sha256(words.tobytes() + repr((rows, image.relocations, identity)).encode()).hexdigest()
     kernels: list[Signed] = [advance_to, change_inputs, observe_now]  # type: ignore[list-item]
@@ -127,7 +129,11 @@ def quoted(text: str) -> str:
     '"a\\042b\\134n"'
     """
     plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 .,:;_-+*/=()[]{}<>|'`^~"
-    return '"' + "".join(each if each in plain else "".join(f"\\{b:03o}" for b in each.encode()) for each in text) + '"'
+    return (
+        '"'
+        + "".join(each if each in plain else "".join(f"\\{b:03o}" for b in each.encode()) for each in text)
+        + '"'
+    )
 
 
 def _double(value: float) -> str:
@@ -172,7 +178,9 @@ def _refuse_torques(tune: Tune, known: Sequence[NDArray[Any]], inputs: Sequence[
         return
     places = {rotors.dtype.fields[name][1] // 8 for name in ("torque", "drive_torque", "inv_inertia")}
     width = rotors.dtype.itemsize // 8
-    touched = {word.offset // width for word in tune.words if word.array is rotors and word.offset % width in places}
+    touched = {
+        word.offset // width for word in tune.words if word.array is rotors and word.offset % width in places
+    }
     clash = [each.name for each in inputs if each.kind < 2 and each.place in touched]
     if clash:
         rule = f"must not change the inertia or the torque of a rotor with an input, {clash[0]}"

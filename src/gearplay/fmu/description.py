@@ -86,7 +86,7 @@ def describe(model: Model, version: int) -> bytes:
             for _, each in outputs:
                 Xml.SubElement(structure, name, {"valueReference": str(each.reference)})
     Xml.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + Xml.tostring(root, encoding="utf-8") + b"\n"
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{Xml.tostring(root, encoding="unicode")}\n'.encode()
 
 
 def _units(variables: Sequence[Variable]) -> Iterator[tuple[str, dict[str, float]]]:

@@ -18,8 +18,8 @@ from gearplay.model.initial import member_state, usual_member
 from gearplay.model.pack import pack
 from gearplay.model.reading import Source, load_case
 from gearplay.model.variables import VARIABLES
-from gearplay.solver.trajectory import Column, choose_columns
-from gearplay.stepping.inputs import Input, find_inputs
+from gearplay.solver.trajectory import Column
+from gearplay.stepping.inputs import Input, find_inputs, find_outputs
 from gearplay.vocabulary.errors import Fault, InputError
 
 ENDING: Final = ".fmu"
@@ -38,6 +38,7 @@ def export_fmu(
     tune: Sequence[str] = (),
     fmi: int = 3,
     platforms: Sequence[str] | None = None,
+    member: int | None = None,
     overwrite: bool = False,
 ) -> Path:
     """Write a case as an FMU for co-simulation: compiled code of several platforms that needs no Python.
@@ -59,6 +60,9 @@ def export_fmu(
         3 or 2, of FMI 3.0 and 2.0.
     platforms
         Of ``linux64``, ``win64``, ``aarch64-linux``; this one if not given. Others are linked by zig (``pip install ziglang``).
+    member
+        Member of the ensemble whose start it is: 0 for that of the case, drive flanks in touch; if not given that of a single
+        motion, drawn where 0 would be exactly centred in its clearances.
     overwrite
         Whether an existing file is replaced.
 
@@ -84,16 +88,18 @@ def export_fmu(
     """
     file = Path(path)
     if file.suffix != ENDING:
-        raise InputError(Fault("out", file.name, f"must end in {ENDING}", f"Write {file.stem or 'drive'}{ENDING}"))
+        raise InputError(
+            Fault("out", file.name, f"must end in {ENDING}", f"Write {file.stem or 'drive'}{ENDING}")
+        )
     check_new(file, overwrite=overwrite)
     chosen = [platform(name) for name in (_own_platform() if platforms is None else dict.fromkeys(platforms))]
     if not chosen:
         raise InputError(Fault("platforms", [], f"must be some of {', '.join(PLATFORMS)}", "Name one"))
     case = load_case(case)
-    packed, member = pack(case), usual_member(case)
+    packed, member = pack(case), usual_member(case) if member is None else member
     start = member_state(case, packed, member)
     given = find_inputs(case, packed, list(inputs))
-    columns, places = choose_columns(packed, list(outputs))
+    columns, places = find_outputs(packed, outputs)
     tunes = find_tunes(case, packed, start, member, list(tune))
     identifier = _identifier(file.stem)
     variables = _variables(given, columns, tunes)
@@ -139,7 +145,9 @@ def _identifier(stem: str) -> str:
     return found if found[:1].isalpha() else f"_{found}"
 
 
-def _variables(inputs: Sequence[Input], columns: Sequence[Column], tunes: Sequence[Tune]) -> tuple[Variable, ...]:
+def _variables(
+    inputs: Sequence[Input], columns: Sequence[Column], tunes: Sequence[Tune]
+) -> tuple[Variable, ...]:
     """Return the variables in the order of their references: time, inputs, outputs, parameters.
 
     Raises `InputError` where two have one name.
@@ -156,11 +164,15 @@ def _variables(inputs: Sequence[Input], columns: Sequence[Column], tunes: Sequen
         found.append(Variable(name, len(found), OUTPUT, quantity.unit, about, display=display))
     for tune in tunes:
         about = f"{tune.name} of the case"
-        found.append(Variable(tune.name, len(found), PARAMETER, tune.unit, about, tune.start, tune.low, tune.high))
+        found.append(
+            Variable(tune.name, len(found), PARAMETER, tune.unit, about, tune.start, tune.low, tune.high)
+        )
     names = [each.name for each in found]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise InputError(Fault("outputs", twice[0], "must have a name of its own", "Leave one of the two out"))
+        raise InputError(
+            Fault("outputs", twice[0], "must have a name of its own", "Leave one of the two out")
+        )
     return tuple(found)
 
 
@@ -172,4 +184,3 @@ def _zipped(parts: dict[str, bytes]) -> bytes:
             about.compress_type, about.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
             archive.writestr(about, content)
     return held.getvalue()
-

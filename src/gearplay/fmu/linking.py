@@ -34,7 +34,9 @@ PLATFORMS: Final = {
 def platform(name: str) -> Platform:
     """Return a platform by its name; `InputError` for another."""
     if name not in PLATFORMS:
-        raise InputError(Fault("platforms", name, f"must be of {', '.join(PLATFORMS)}", "Choose some of these"))
+        raise InputError(
+            Fault("platforms", name, f"must be of {', '.join(PLATFORMS)}", "Choose some of these")
+        )
     return PLATFORMS[name]
 
 

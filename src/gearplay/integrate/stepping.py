@@ -88,7 +88,9 @@ def make_held(system: System, kinds: Ints, places: Ints, signs: Floats, values: 
     rotors, joined = system.rotors, system.joined
     pulls = np.full(rotors.size, -1, dtype=np.int64)
     for i in range(rotors.size):
-        chain, number = joined.places[2 * theta_of(i) : 2 * theta_of(i) + 2].tolist() if joined.places.size else (-1, 0)
+        chain, number = (
+            joined.places[2 * theta_of(i) : 2 * theta_of(i) + 2].tolist() if joined.places.size else (-1, 0)
+        )
         if chain >= 0 and number < joined.chains[chain].count:
             row = 2 * int(joined.chains[chain].count + joined.chains[chain].fixed)
             pulls[i] = joined.chains[chain].pull + number * (row + 1) + row
@@ -150,7 +152,7 @@ def change_input(system: System, run: Run, held: Held, k: int) -> int:
     """Apply a new value of input k to a run that has begun, at a communication point; return what it asks for."""
     kind, at = held.kinds[k], held.places[k]
     set_input(system, held, k, held.wanted[k])
-    if kind == DRIVE_INPUT or kind == LOAD_INPUT:
+    if kind <= LOAD_INPUT:
         if run.active_set.body_states[at] == ACTIVE:
             return JUMPS
         release(system, run, at)

@@ -13,6 +13,7 @@ from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.parts.registry import POSITIONER, SERVO
+from gearplay.solver.trajectory import Column, choose_columns
 from gearplay.vocabulary.errors import Fault, InputError
 
 Floats = NDArray[np.float64]
@@ -65,7 +66,9 @@ def _find(case: Case, packed: Packed, given: str, name: str) -> Input:
     if not ending or rotor not in case.rotors:
         rule = "must be an input of a rotor: drive.torque, load.torque, drive.speed or drive.angle"
         some = ", ".join(list(case.rotors)[:8])
-        raise InputError(Fault("inputs", given, rule, f"Write ROTOR.drive.torque, with one of the rotors {some}"))
+        raise InputError(
+            Fault("inputs", given, rule, f"Write ROTOR.drive.torque, with one of the rotors {some}")
+        )
     unit, description = _WORDS[ending]
     i, drive = list(case.rotors).index(rotor), case.rotors[rotor].drive
     kind = None if drive is None else drive.kind
@@ -76,12 +79,16 @@ def _find(case: Case, packed: Packed, given: str, name: str) -> Input:
         start = 0.0 if drive is None else drive.torque
         return Input(name, unit, description, start, DRIVE_INPUT, i)
     if ending == "load.torque":
-        sense = float(np.sign(rolling.moving_speeds(case.operating, rolling.nominal_speeds(case.operating))[i]))
+        sense = float(
+            np.sign(rolling.moving_speeds(case.operating, rolling.nominal_speeds(case.operating))[i])
+        )
         if sense == 0.0:
             rule = f"must be of a rotor that turns one way: a load opposes its nominal sense, and {rotor} has none"
             raise InputError(Fault("inputs", given, rule, f"Use {rotor}.drive.torque, whose sign is free"))
         return Input(name, unit, description, case.rotors[rotor].load.torque, LOAD_INPUT, i, -sense)
-    wanted, table, at = ("servo", SERVO, "speed") if ending == "drive.speed" else ("position", POSITIONER, "angle")
+    wanted, table, at = (
+        ("servo", SERVO, "speed") if ending == "drive.speed" else ("position", POSITIONER, "angle")
+    )
     if drive is None or drive.kind != wanted:
         has = "no drive" if drive is None else f"a drive of kind {kind}"
         rule = f"must be of a rotor with a drive of kind {wanted}, and {rotor} has {has}"
@@ -92,6 +99,14 @@ def _find(case: Case, packed: Packed, given: str, name: str) -> Input:
     row = int(np.flatnonzero(packed.system.records[table]["rotor"] == i)[0])
     kind_of = SPEED_INPUT if ending == "drive.speed" else ANGLE_INPUT
     return Input(name, unit, description, getattr(drive, at), kind_of, row)
+
+
+def find_outputs(packed: Packed, names: Sequence[str]) -> tuple[tuple[Column, ...], NDArray[np.int64]]:
+    """Return the columns of outputs by their names, and their places in a full row; `InputError` for a name that is no signal."""
+    try:
+        return choose_columns(packed, list(names))
+    except InputError as error:
+        raise InputError([each._replace(path="outputs") for each in error.faults]) from None
 
 
 def own_system(system: System) -> System:
@@ -112,4 +127,3 @@ def hold(system: System, inputs: Sequence[Input]) -> Held:
         np.array([each.sign for each in inputs], dtype=np.float64),
         np.array([each.start for each in inputs], dtype=np.float64),
     )
-

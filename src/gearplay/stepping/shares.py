@@ -123,7 +123,11 @@ class Table:
         share = self.shares[0]
         array = getattr(share.run, name)
         at = (array.ctypes.data - share.words.ctypes.data) // 8
-        wanted = self.states[:, at : at + array.size] if slot is None else self.states[:, at + slot : at + slot + 1]
+        wanted = (
+            self.states[:, at : at + array.size]
+            if slot is None
+            else self.states[:, at + slot : at + slot + 1]
+        )
         return wanted.view(array.dtype)
 
     def take(self, pool: Executor | None) -> None:
@@ -143,9 +147,12 @@ class Table:
 
 def _nothing(words: Ints) -> list[Any]:
     """Return the fields of a batch without members."""
-    shapes: dict[str, Any] = {"states": (0, words.size), "values": (0, 0), "inputs": (0, 0, 0), "outputs": (0, 0, 0)}
+    shapes: dict[str, Any] = {
+        "states": (0, words.size),
+        "values": (0, 0),
+        "inputs": (0, 0, 0),
+        "outputs": (0, 0, 0),
+    }
     whole = ("place", "words", "states", "status")
     names = [field.name for field in fields(StepBatch)]
-    return [
-        np.zeros(shapes.get(name, 0), dtype=np.int64 if name in whole else np.float64) for name in names
-    ]
+    return [np.zeros(shapes.get(name, 0), dtype=np.int64 if name in whole else np.float64) for name in names]

@@ -19,8 +19,7 @@ from gearplay.model.variables import VARIABLES
 from gearplay.solver.integration import refuse_fixed_steps
 from gearplay.solver.observables import state_names
 from gearplay.solver.status import WORDS, Status
-from gearplay.solver.trajectory import choose_columns
-from gearplay.stepping.inputs import find_inputs
+from gearplay.stepping.inputs import find_inputs, find_outputs
 from gearplay.stepping.shares import Share, Table
 from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import Fault, InputError, SimulationError
@@ -109,7 +108,7 @@ class Stepper:
             raise InputError(Fault("batch", batch, rule, "Step one member, or remove base"))
         self._packed = packed = pack(case)
         self._inputs = find_inputs(case, packed, inputs)
-        columns, places = choose_columns(packed, list(outputs))
+        columns, places = find_outputs(packed, outputs)
         self.batch = batch
         self.inputs = tuple(each.name for each in self._inputs)
         self.outputs = tuple(f"{each.label}.{each.signal}" for each in columns)
@@ -169,7 +168,7 @@ class Stepper:
         first = usual_member(case)
         return Starts(case, self._packed).of_members(range(first, first + self.batch))
 
-    def step(self, dt: float, u: Any = None) -> Floats:
+    def step(self, dt: float, u: Any = None, out: Floats | None = None) -> Floats:
         """Advance by a time, inputs held; return the outputs at its end.
 
         Parameters
@@ -178,12 +177,14 @@ class Stepper:
             Time [s], 0 or more.
         u
             Values of the inputs, shape [input] or [member, input]; those of the step before if not given.
+        out
+            Array that takes the outputs and is returned, so that a step allocates nothing at all; a new one if not given.
 
         Returns
         -------
         numpy.ndarray
-            Shape [output], or [member, output] of a batch. The same array each time: copy what is to be kept. NaN for a member
-            of a batch that cannot be followed further (``failed``).
+            Shape [output], or [member, output] of a batch; NaN for a member of a batch that cannot be followed further
+            (``failed``).
 
         Raises
         ------
@@ -195,23 +196,28 @@ class Stepper:
         """
         if u is not None:
             self._set(u)
-        return self._take(_checked_time(dt))
+        return self._take(_checked_time(dt), out)
 
     def _set(self, u: Any) -> None:
         given = np.asarray(u, dtype=np.float64)
         if given.shape not in (self._u.shape[1:], self._u.shape):
             wanted = f"[{len(self.inputs)}] or [{self.batch}, {len(self.inputs)}]"
-            raise InputError(Fault("u", f"shape {list(given.shape)}", f"must have shape {wanted}", "Reshape it"))
+            raise InputError(
+                Fault("u", f"shape {list(given.shape)}", f"must have shape {wanted}", "Reshape it")
+            )
         if not np.isfinite(given).all():
             raise InputError(Fault("u", float("nan"), "must be finite numbers", "Check the controller"))
         self._u[:] = given
 
-    def _take(self, dt: float) -> Floats:
+    def _take(self, dt: float, out: Floats | None = None) -> Floats:
         self._dt[0] = dt
         self._table.take(self._pool)
         if self.batch == 1 and self._table.status[0] != kernel.DONE:
             raise SimulationError(f"step: {self.messages[0]} Stopped at t = {self.time:.9g} s.")
-        return self._y
+        if out is None:
+            return self._y.copy()
+        out[...] = self._y
+        return out
 
     def rollout(self, dt: float, u: Any) -> Floats:
         """Take many steps of one length; return the outputs at the end of each, shape [step, (member,) output].
@@ -238,7 +244,9 @@ class Stepper:
         shape = (len(given) if given.ndim else 0, self.batch, len(self.inputs))
         if given.shape not in ((shape[0], shape[2]), shape) or not shape[0]:
             wanted = f"[step, {shape[2]}] or [step, {shape[1]}, {shape[2]}]"
-            raise InputError(Fault("u", f"shape {list(given.shape)}", f"must have shape {wanted}", "Reshape it"))
+            raise InputError(
+                Fault("u", f"shape {list(given.shape)}", f"must have shape {wanted}", "Reshape it")
+            )
         if not np.isfinite(given).all():
             raise InputError(Fault("u", float("nan"), "must be finite numbers", "Check the controller"))
         length = _checked_time(dt)
@@ -270,11 +278,13 @@ class Stepper:
         """
         if not isinstance(snapshot, Snapshot) or snapshot.owner != id(self._packed):
             rule = "must be a snapshot of this stepper"
-            raise InputError(Fault("snapshot", type(snapshot).__name__, rule, "Take it by stepper.snapshot()"))
+            raise InputError(
+                Fault("snapshot", type(snapshot).__name__, rule, "Take it by stepper.snapshot()")
+            )
         table = self._table
         table.states[:], table.values[:], table.status[:] = snapshot.states, snapshot.values, snapshot.status
         self._u[:], self._y[:] = snapshot.values, snapshot.outputs
-        return self._y
+        return self._y.copy()
 
     def jacobian(self, dt: float, u: Any = None) -> Floats:
         """Return the derivative of the state after a step by the state before it, shape [state, state]; nothing moves.
@@ -300,7 +310,9 @@ class Stepper:
 
         """
         if self.batch > 1:
-            raise InputError(Fault("batch", self.batch, "must be 1 for a derivative", "Make a stepper of one member"))
+            raise InputError(
+                Fault("batch", self.batch, "must be 1 for a derivative", "Make a stepper of one member")
+            )
         refuse_fixed_steps(self._case)
         length, before = _checked_time(dt), self.snapshot()
         if u is not None:

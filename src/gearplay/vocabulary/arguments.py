@@ -253,7 +253,10 @@ OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
             (function, "settle"): Whole(0, 10_000_000)
             for function in ("branch", "branches", "periodic_orbit")
         },
-        **{(function, "path"): PATH for function in ("export_fmu", "read_measurement", "read_result", "write_record")},
+        **{
+            (function, "path"): PATH
+            for function in ("export_fmu", "read_measurement", "read_result", "write_record")
+        },
     }
 )
 """Parameters that mean something else in one function: ``(function, parameter)``."""
