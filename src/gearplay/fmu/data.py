@@ -73,7 +73,10 @@ def make_data(
         )
     rows = _word_rows(image, packed, system, run, start, inputs, tunes)
     digest = hashlib.sha256(words.tobytes() + repr((rows, image.relocations, identity)).encode()).hexdigest()
-    kernels: list[Signed] = [advance_to, change_inputs, observe_now]  # type: ignore[list-item]
+    kernels = [
+        each if isinstance(each, Signed) else Signed(each)
+        for each in (advance_to, change_inputs, observe_now)
+    ]
     head = [
         "#ifndef DATA_H",
         "#define DATA_H",

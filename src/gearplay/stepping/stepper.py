@@ -129,7 +129,7 @@ class Stepper:
         """Make room for single steps."""
         self._dt, inputs = self._table.begin(1)
         self._u, self._all = inputs[0], self._table.outputs[0]
-        self._y = self._all[0] if self.batch == 1 else self._all
+        self._y: Floats = self._all[0] if self.batch == 1 else self._all
 
     def reset(self, seed: int | None = None, states: Any = None) -> Floats:
         """Begin anew at t = 0, inputs as the case has them; return the outputs, shape [output] or [member, output].
@@ -354,7 +354,7 @@ class Stepper:
     @property
     def failed(self) -> NDArray[np.bool_]:
         """Which members cannot be followed further, shape [member]."""
-        return self._table.status != Status.DONE
+        return np.asarray(self._table.status != Status.DONE)
 
     @property
     def messages(self) -> list[str]:
