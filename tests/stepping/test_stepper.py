@@ -295,6 +295,7 @@ REFUSED: dict[str, Callable[[], Any]] = {
     "must be a time of 0": lambda: gp.Stepper("han2021").step(-1.0),
     "must have shape": lambda: gp.Stepper("han2021").step(1e-3, [1.0]),
     "must be finite": lambda: stepped(D1).step(1e-3, [float("nan")]),
+    "u = .*must be numbers": lambda: stepped(D1).step(1e-3, ["x"]),
     "shape \\[18\\]|of shape": lambda: gp.Stepper("han2021").reset(states=np.zeros(3)),
     "seed = -1": lambda: gp.Stepper("han2021").reset(seed=-1),
     "must be 1 for a derivative": lambda: stepped(D1, batch=2).jacobian(1e-3),

@@ -2,11 +2,14 @@
 
 import os
 import struct
+import subprocess
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from gearplay.kernels.library import SOURCES, content_digest
+from gearplay.build.targets import host
+from gearplay.kernels.library import PACKAGE, SOURCES, LibraryError, content_digest, find, folders
 
 ARCHIVE: Final = ".a"
 _MAGIC: Final = b"!<arch>\n"
@@ -39,3 +42,30 @@ def archive(objects: Sequence[Path], symbols: Sequence[str], folder: Path) -> Pa
 def _member(name: str, content: bytes) -> list[bytes]:
     head = f"{name:<16}{0:<12}{0:<6}{0:<6}{'644':<8}{len(content):<10}`\n"
     return [head.encode("ascii"), content, b"\n" * (len(content) % 2)]
+
+
+def static_library(target: str) -> Path:
+    """Return the kernels of a platform as a static library; a process of its own builds it where it is not there.
+
+    Raises `LibraryError` where it cannot be built.
+    """
+    found = _find(target)
+    if found is None:
+        paths = [str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")]
+        done = subprocess.run(
+            [sys.executable, "-m", "gearplay.build", "--static", "--target", target],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
+            stdout=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+        found = _find(target)
+        if done.returncode != 0 or found is None:
+            said = (done.stdout.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
+            raise LibraryError(f"The kernels for {target} could not be built: {said}")
+    return found
+
+
+def _find(target: str) -> Path | None:
+    places = [folder if target == host() else folder / target for folder in folders()]
+    return next(filter(None, (find(place, ARCHIVE) for place in places if place.is_dir())), None)

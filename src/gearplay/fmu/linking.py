@@ -1,15 +1,14 @@
 """Shared libraries of an FMU: the C sources of the package and the data of a case, linked with the kernels of a platform."""
 
-import os
 import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from gearplay.build.archive import static_library
 from gearplay.build.linking import linker
-from gearplay.kernels.library import PACKAGE, LibraryError, find, folders
+from gearplay.kernels.library import LibraryError
 from gearplay.vocabulary.errors import Fault, InputError
 
 SOURCES: Final = Path(__file__).with_name("c")
@@ -38,38 +37,6 @@ def platform(name: str) -> Platform:
             Fault("platforms", name, f"must be of {', '.join(PLATFORMS)}", "Choose some of these")
         )
     return PLATFORMS[name]
-
-
-def static_library(target: str) -> Path:
-    """Return the kernels of a platform as a static library, built where it is not there.
-
-    Raises `LibraryError` where it cannot be built.
-    """
-    found = _find(target)
-    if found is None:
-        paths = [str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-        done = subprocess.run(
-            [sys.executable, "-m", "gearplay.build", "--static", "--target", target],
-            env=environment,
-            stdout=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
-        found = _find(target)
-        if done.returncode != 0 or found is None:
-            said = (done.stdout.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
-            raise LibraryError(f"The kernels for {target} could not be built: {said}")
-    return found
-
-
-def _find(target: str) -> Path | None:
-    places = [place for folder in folders() for place in (folder, folder / target)]
-    # Which platform an archive is for is told by its folder: that of this one has none of its own.
-    from gearplay.build.targets import host
-
-    places = [place for place in places if (place.name == target) == (target != host())]
-    return next(filter(None, (find(place, ".a") for place in places if place.is_dir())), None)
 
 
 def link_fmu(target: str, version: int, texts: Mapping[str, str], name: str, suffix: str) -> bytes:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from gearplay.model.variables import VARIABLES
 from gearplay.solver.integration import refuse_fixed_steps
 from gearplay.solver.observables import state_names
 from gearplay.solver.status import WORDS, Status
+from gearplay.stepping.arguments import check_count, check_names, checked_inputs, checked_time
 from gearplay.stepping.inputs import find_inputs, find_outputs
 from gearplay.stepping.shares import Share, Table
 from gearplay.vocabulary.cores import worker_count
@@ -27,8 +27,6 @@ from gearplay.vocabulary.memory import enough_memory
 
 Floats = NDArray[np.float64]
 
-LONGEST = 1e6
-"""Longest step [s]."""
 MOST_MEMBERS = 10_000_000
 
 
@@ -97,11 +95,11 @@ class Stepper:
         batch: int = 1,
         threads: int | None = None,
     ) -> None:
-        _check_names("inputs", inputs)
-        _check_names("outputs", outputs)
-        _check_count("batch", batch, MOST_MEMBERS)
+        check_names("inputs", inputs)
+        check_names("outputs", outputs)
+        check_count("batch", batch, MOST_MEMBERS)
         if threads is not None:
-            _check_count("threads", threads, 4096)
+            check_count("threads", threads, 4096)
         self._case = case = load_case(case)
         if batch > 1 and case.base is not None and case.base.is_per_member:
             rule = "must be 1 where the housing moves by a random record, which is one member's"
@@ -163,7 +161,7 @@ class Stepper:
     def _drawn(self, seed: int | None) -> Floats:
         case = self._case
         if seed is not None:
-            _check_count("seed", seed, 2**63 - 1, low=0)
+            check_count("seed", seed, 2**63 - 1, low=0)
             case = case.model_copy(update={"run": case.run.model_copy(update={"seed": int(seed)})})
         first = usual_member(case)
         return Starts(case, self._packed).of_members(range(first, first + self.batch))
@@ -196,18 +194,10 @@ class Stepper:
         """
         if u is not None:
             self._set(u)
-        return self._take(_checked_time(dt), out)
+        return self._take(checked_time(dt), out)
 
     def _set(self, u: Any) -> None:
-        given = np.asarray(u, dtype=np.float64)
-        if given.shape not in (self._u.shape[1:], self._u.shape):
-            wanted = f"[{len(self.inputs)}] or [{self.batch}, {len(self.inputs)}]"
-            raise InputError(
-                Fault("u", f"shape {list(given.shape)}", f"must have shape {wanted}", "Reshape it")
-            )
-        if not np.isfinite(given).all():
-            raise InputError(Fault("u", float("nan"), "must be finite numbers", "Check the controller"))
-        self._u[:] = given
+        self._u[:] = checked_inputs(u, self._u.shape[1:], self._u.shape)
 
     def _take(self, dt: float, out: Floats | None = None) -> Floats:
         self._dt[0] = dt
@@ -240,16 +230,9 @@ class Stepper:
             As `step` does.
 
         """
-        given = np.asarray(u, dtype=np.float64)
-        shape = (len(given) if given.ndim else 0, self.batch, len(self.inputs))
-        if given.shape not in ((shape[0], shape[2]), shape) or not shape[0]:
-            wanted = f"[step, {shape[2]}] or [step, {shape[1]}, {shape[2]}]"
-            raise InputError(
-                Fault("u", f"shape {list(given.shape)}", f"must have shape {wanted}", "Reshape it")
-            )
-        if not np.isfinite(given).all():
-            raise InputError(Fault("u", float("nan"), "must be finite numbers", "Check the controller"))
-        length = _checked_time(dt)
+        shape = (max(1, len(u)) if hasattr(u, "__len__") else 1, *self._u.shape)
+        given = checked_inputs(u, (shape[0], shape[2]), shape)
+        length = checked_time(dt)
         with enough_memory():
             ends, inputs = self._table.begin(shape[0])
             inputs[:] = given if given.ndim == 3 else given[:, None]
@@ -314,7 +297,7 @@ class Stepper:
                 Fault("batch", self.batch, "must be 1 for a derivative", "Make a stepper of one member")
             )
         refuse_fixed_steps(self._case)
-        length, before = _checked_time(dt), self.snapshot()
+        length, before = checked_time(dt), self.snapshot()
         if u is not None:
             self._set(u)
         share = self._table.shares[0]
@@ -361,29 +344,5 @@ class Stepper:
         """What became of each member, in a sentence."""
         return [WORDS[Status(int(code))] for code in self._table.status]
 
-    @cached_property
-    def case(self) -> Any:
-        """The case."""
-        return self._case
-
     def __repr__(self) -> str:
         return f"Stepper of {self.batch} member(s), inputs {self.inputs}, outputs {self.outputs}"
-
-
-def _checked_time(dt: Any) -> float:
-    fits = isinstance(dt, (int, float, np.floating, np.integer)) and not isinstance(dt, bool)
-    if not fits or not 0.0 <= dt <= LONGEST:
-        raise InputError(Fault("dt", dt, f"must be a time of 0 to {LONGEST:g} s", "Give the step in seconds"))
-    return float(dt)
-
-
-def _check_names(name: str, given: Any) -> None:
-    listed = isinstance(given, Sequence) and not isinstance(given, (str, bytes))
-    if not listed or not all(isinstance(each, str) for each in given):
-        raise InputError(Fault(name, given, "must be a list of texts", f"Write {name}=[...]"))
-
-
-def _check_count(name: str, given: Any, most: int, low: int = 1) -> None:
-    whole = isinstance(given, (int, np.integer)) and not isinstance(given, bool)
-    if not whole or not low <= given <= most:
-        raise InputError(Fault(name, given, f"must be a whole number from {low} to {most}", "Change it"))
