@@ -6,6 +6,7 @@ from gearplay.files.measurements import read_measurement as read_measurement
 from gearplay.files.measurements import write_record as write_record
 from gearplay.files.record import Channel as Channel
 from gearplay.files.record import Record as Record
+from gearplay.fmu.export import export_fmu as export_fmu
 from gearplay.gear_pairs.teeth import teeth as teeth
 from gearplay.hysteresis.lost_motion import lost_motion as lost_motion
 from gearplay.hysteresis.reduction import reduce as reduce
@@ -35,6 +36,7 @@ from gearplay.results.result import Result as Result
 from gearplay.results.simulate import simulate as simulate
 from gearplay.rexs.importing import import_rexs as import_rexs
 from gearplay.rig.measurement import measure as measure
+from gearplay.stepping.stepper import Stepper as Stepper
 from gearplay.sweeps.sweep import sweep as sweep
 from gearplay.vocabulary.errors import GearplayError as GearplayError
 from gearplay.vocabulary.errors import InputError as InputError

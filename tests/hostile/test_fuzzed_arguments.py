@@ -67,6 +67,13 @@ def valid(folder: Path) -> dict[str, dict[str, Any]]:
         "calibrate": {"plan": PLAN, "folder": folder / "calibration"},
         "campbell": {"case": pressed, "speeds": [10.0, 20.0]},
         "check_case": {"case": short},
+        "export_fmu": {
+            "case": short,
+            "path": folder / "drive.fmu",
+            "outputs": ["ring.x"],
+            "tune": ["rotors.ring.mass"],
+            "overwrite": True,
+        },
         "frequency_response": {
             "case": pressed,
             "force": force.replace("pinion-ring", "input-output"),

@@ -46,6 +46,9 @@ def main() -> int:
         action="store_true",
         help="compile checks of the bounds of arrays, into a folder of its own",
     )
+    parser.add_argument(
+        "--static", action="store_true", help="build static libraries, for linking into others"
+    )
     wanted = parser.parse_args()
     try:
         own = TARGETS[host()]
@@ -63,7 +66,7 @@ def main() -> int:
         folder = None if wanted.folder is None else wanted.folder.resolve()
         from gearplay.build.building import build
 
-        for file in build(targets, _progress(), folder=folder).values():
+        for file in build(targets, _progress(), folder=folder, static=wanted.static).values():
             sys.stdout.write(f"{file}\n")
     except KeyboardInterrupt:
         return 130

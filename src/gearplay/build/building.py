@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from gearplay.build.archive import ARCHIVE, archive
 from gearplay.build.header import header
 from gearplay.build.linking import link
 from gearplay.build.objects import forms_object, object_files
@@ -26,11 +27,12 @@ def build(
     progress: Callable[[int, int], None],
     *,
     folder: Path | None = None,
+    static: bool = False,
 ) -> dict[str, Path]:
     """Build the libraries of these sources for some platforms where they are not there; return their files.
 
     ``folder`` is where they go, that of this installation where None; ``progress`` gets what is done of what there
-    was to do.
+    was to do. ``static`` libraries are archives of object files, to be linked into others.
 
     Raises `LibraryError` where one cannot be built.
     """
@@ -41,7 +43,7 @@ def build(
     place.mkdir(parents=True, exist_ok=True)
     with _alone(place):
         places = {each: place if each == host() else place / each for each in targets}
-        found = {each: find(places[each], TARGETS[each].suffix) for each in targets}
+        found = {each: find(places[each], ARCHIVE if static else TARGETS[each].suffix) for each in targets}
         if None in found.values():
             objects = object_files(place / "objects", targets, progress)
             if source_digest() != SOURCES:
@@ -49,7 +51,12 @@ def build(
             (place / "gearplay.h").write_text(header(list(KERNELS.values())), encoding="ascii")
             for each, at in places.items():
                 at.mkdir(exist_ok=True)
-                found[each] = link(each, [*objects[each], forms_object(place / "objects", each)], at)
+                if static:
+                    found[each] = archive(
+                        objects[each], sorted(kernel.symbol for kernel in KERNELS.values()), at
+                    )
+                else:
+                    found[each] = link(each, [*objects[each], forms_object(place / "objects", each)], at)
             _forget_old(place)
     return {each: file for each, file in found.items() if file is not None}
 

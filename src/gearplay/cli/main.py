@@ -31,6 +31,7 @@ COMMANDS: Final = (
     "plot",
     "animate",
     "export",
+    "export_fmu",
     "study",
     "sweep",
     "resume",
@@ -51,6 +52,8 @@ COMMANDS: Final = (
 """Functions of the commands, in modules of `gearplay.cli` of their names, which are imported when they are called or listed."""
 MODULES: Final = {"resume": "sweep"}
 """Modules of other names."""
+WORDS: Final = {"export_fmu": "export fmu", "import_": "import"}
+"""Words of commands that are not those of their functions."""
 
 FIRST_STEP: Final = """\
 Begin with: gearplay run han2021 --set sleeves.ring.radial_clearance=50um
@@ -73,7 +76,7 @@ def _command(name: str) -> Any:
 class _Commands(Mapping[str, Any]):
     """Commands by the names on the command line."""
 
-    _names: Final = {name.strip("_").replace("_", "-"): name for name in COMMANDS}
+    _names: Final = {WORDS.get(name, name.replace("_", "-")): name for name in COMMANDS}
 
     def __getitem__(self, name: str) -> Any:
         return _command(self._names[name])
@@ -91,6 +94,12 @@ class _Group(TyperGroup):
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
         self.commands = _Commands()  # type: ignore[assignment]
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command of the first word, or of the first two."""
+        if " ".join(args[:2]) in WORDS.values():
+            args = [" ".join(args[:2]), *args[2:]]
+        return super().resolve_command(ctx, args)
 
 
 app = typer.Typer(

@@ -31,6 +31,7 @@ OPTIONS: Final = {
     },
     "torque": "--rated-torque",
     **{name: f"--{name.replace('_', '-')}" for name in ("load_case", "gear_bodies", "allowance")},
+    **{name: f"--{name}" for name in ("fmi", "inputs", "outputs", "platforms", "tune")},
     "change": "--set",
     "ensemble": "--members",
 }
@@ -90,4 +91,10 @@ def with_options(error: GearplayError) -> GearplayError:
 def _translated(text: str) -> str:
     for there, here in PHRASES.items():
         text = text.replace(there, here)
-    return re.sub(r"See help\(gearplay\.(\w+)\)", r"See gearplay \1 --help", text)
+    return re.sub(
+        r"See help\(gearplay\.(\w+)\)", lambda found: f"See gearplay {_command(found[1])} --help", text
+    )
+
+
+def _command(function: str) -> str:
+    return "export fmu" if function == "export_fmu" else function.replace("_", "-")

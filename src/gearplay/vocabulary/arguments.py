@@ -176,6 +176,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
         "periods": Whole(100),
         "order": Whole(1, 1000),
         "doublings": Whole(0, 8),
+        "fmi": Whole(2, 3),
         "orbits": Whole(2, 100_000),
         "load_case": Whole(-(2**31), 2**31 - 1),
         "frames": Whole(2),
@@ -213,7 +214,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
             ("contact", "change", "load", "name", "format", "gear_bodies", "allowance", "teeth", "channel"),
             TEXT,
         ),
-        **dict.fromkeys(("signals", "directions"), TEXTS),
+        **dict.fromkeys(("signals", "directions", "inputs", "outputs", "tune", "platforms"), TEXTS),
         **dict.fromkeys(("channels", "at", "hold"), listed(str, "text", single=True)),
         "bearings": listed(str, "text", single=True),
         "columns": TEXTS,
@@ -268,7 +269,7 @@ OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
         },
         **{
             (function, "path"): PATH
-            for function in ("read_measurement", "read_result", "write_record", "import_rexs")
+            for function in ("export_fmu", "import_rexs", "read_measurement", "read_result", "write_record")
         },
     }
 )
