@@ -24,6 +24,7 @@ from gearplay.model.policy import (
     check_contacts,
 )
 from gearplay.model.torsional_pair import FIELD, PARTS, TorsionalPair
+from gearplay.parts.bearing.schema import Bearing
 from gearplay.parts.coupling.schema import Coupling
 from gearplay.parts.environment import Environment
 from gearplay.parts.mesh.schema import Mesh
@@ -193,6 +194,12 @@ class Case(Part):
     supports: Annotated[
         dict[RotorName, Support],
         Field(description="elastic supports by the name of the rotor they hold"),
+        Counted(0, 200),
+        AfterValidator(FrozenTable),
+    ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
+    bearings: Annotated[
+        dict[RotorName, Bearing],
+        Field(description="rolling bearings by the name of the rotor they hold"),
         Counted(0, 200),
         AfterValidator(FrozenTable),
     ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
