@@ -132,7 +132,7 @@ class Bearing(Holder):
                 )
         if missing:
             return
-        if self.element_size >= self.pitch_size * math.sin(math.pi / self.elements) and self.elements < 1000:
+        if self.element_size >= self.pitch_size * math.sin(math.pi / self.elements):
             apart = 1e3 * self.pitch_size * math.sin(math.pi / self.elements)
             rule = f"must be less than {apart:.4g} mm, the distance of neighbours on the pitch circle"
             yield Problem(("element_diameter",), rule, "Correct a diameter or the number of elements")
