@@ -6,7 +6,6 @@ from building import Measured
 from cross.bearing_systems import SEEDS, bearing_case
 from cross.comparing import worst_difference
 
-
 SLOW, DEEP = SEEDS[:3], SEEDS[3:]
 """One mechanism of each kind, and the others."""
 

@@ -130,8 +130,8 @@ class Case(Part):
         "coupled" to the centre distance, or "uncoupled".
     gravity
         Along x and y [m/s^2].
-    rotors, sleeves, supports
-        By name; a sleeve or a support by the name of the rotor that it holds.
+    rotors, sleeves, supports, bearings
+        By name; a sleeve, a support or a bearing by the name of the rotor that it holds.
     base, environment
         Motion of the housing; temperatures.
     meshes, couplings
