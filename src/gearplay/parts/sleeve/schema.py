@@ -76,8 +76,10 @@ class Sleeve(Holder):
         | None
     ) = None
     length: Annotated[
-        float | None,
-        Measure(q.LENGTH, "length of the bush, of a line contact (laws johnson and liu)", gt=0.0, le=100.0),
+        Annotated[
+            float, Measure(q.LENGTH, "length of the bush, of a line contact (johnson, liu)", gt=0.0, le=100.0)
+        ]
+        | None,
         Field(exclude_if=is_absent),
     ] = None
     restitution: Annotated[float, Measure(None, "coefficient of restitution", gt=0.0, le=1.0)] = 0.9
