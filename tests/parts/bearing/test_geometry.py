@@ -160,3 +160,23 @@ def test_a_restitution_is_that_of_an_impact_at_its_speed() -> None:
     assert found[0] == pytest.approx(0.8, abs=1e-7)
     assert 0.88 < found[1] < 0.9
     assert math.isclose(Bearing(**BALLS, restitution=1.0).dissipation(), 0.0)
+
+
+def test_fields_change_by_path_and_read_back() -> None:
+    """A class becomes its clearance, lists are reached by number, and a written case is the same case."""
+    bearing = {"catalogue": "6205", "groove_ratio": 0.52, "internal_clearance": "C3"}
+    case = gp.load_case(shaft(bearing | {"waviness": [{"order": 8, "amplitude": "0.5 um"}]}))
+    changed = gp.replace(
+        case,
+        {
+            "bearings.shaft.offset.1": "1 um",
+            "bearings.shaft.waviness.0.order": 9,
+            "bearings.shaft.internal_clearance": "C4",
+            "bearings.shaft.damping": {"kind": "hunt-crossley", "value": "0.5 s/m"},
+        },
+    )
+    found = changed.bearings["shaft"]
+    assert (found.offset, found.waviness[0].order, found.dissipation()) == ((0.0, 1e-6), 9, 0.5)
+    assert found.internal_clearance == pytest.approx(32e-6)
+    assert gp.load_case(changed.resolved()) == changed
+    assert "bearings" not in gp.load_case("han2021").resolved(), "digests of other cases stay"
