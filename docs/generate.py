@@ -9,6 +9,7 @@ SCRIPTS = (
     "figures/draw_conventions.py",
     "figures/draw_elements.py",
     "figures/draw_clearances.py",
+    "figures/draw_bearing.py",
     "figures/draw_house.py",
     "write_reference.py",
     "write_case_file.py",

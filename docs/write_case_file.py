@@ -18,6 +18,7 @@ PLACES = {
     "meshes": "[[meshes]]",
     "couplings": "[[couplings]]",
     "supports": "[supports.ROTOR]",
+    "bearings": "[bearings.ROTOR]",
     "base": "[base]",
     "environment": "[environment]",
     "planetary": "[planetary.NAME]",

@@ -17,13 +17,14 @@ DURATION = 0.01  # s: beyond some 20 ms the motion is chaotic and trajectories m
 RUN = {"duration": DURATION, "sampling": 1e4, "tolerance": 1e-11}
 
 
-def simulated(document: dict) -> tuple[Case, Trajectory]:
+def simulated(document: dict, duration: float = DURATION) -> tuple[Case, Trajectory]:
     """Simulate with the package; angles that the reference takes as 0 are said to be 0.
 
     Beside given speeds the others are said too: the reference takes them as nominal, the package as matching.
     """
     speeds = _nominal_starts(document)
-    document = {**document, "run": RUN, "rotors": {k: dict(v) for k, v in document["rotors"].items()}}
+    run = {**RUN, "duration": duration}
+    document = {**document, "run": run, "rotors": {k: dict(v) for k, v in document["rotors"].items()}}
     for name, rotor in document["rotors"].items():
         if rotor.get("drive", {}).get("kind") != "speed":
             rotor["initial"] = {"theta": 0.0, **speeds.get(name, {}), **rotor.get("initial", {})}
@@ -43,12 +44,12 @@ def _nominal_starts(document: dict) -> dict[str, dict[str, float]]:
     }
 
 
-def worst_difference(document: dict, *, events: int = 8) -> float:
+def worst_difference(document: dict, *, events: int = 8, duration: float = DURATION) -> float:
     """Return the largest difference [m] from the reference; fail where a place or a speed differs too much.
 
     The run must go through so many events at least.
     """
-    case, run = simulated(document)
+    case, run = simulated(document, duration)
     arm = 0.1  # m, larger than any toothing here: turns angles into lengths
     return _worst(run, Reference(ridden(document)), {name: (name, arm) for name in case.rotors}, events)
 

@@ -27,6 +27,8 @@ The case dictionary
 ``supports``
     name of the rotor -> ``stiffness`` [kx, ky], ``damping`` [cx, cy], ``torsional_stiffness``,
     ``torsional_damping``, ``on``, ``offset``; all optional.  A stiffness frees the centre.
+``bearings``
+    name of the rotor -> the table of a rolling bearing (`cross.reference_bearings`).
 ``couplings``
     list of ``between`` [one, two], ``torsional_stiffness`` and, optional, ``torsional_damping``, ``play``,
     ``ratio``, ``lateral_stiffness``, ``lateral_damping``.
@@ -91,6 +93,7 @@ from scipy.integrate import DOP853
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, minimize_scalar
 
+from cross.reference_bearings import Bearing, bearing_of
 from cross.reference_friction import ToothFriction, about, pitch_point, sliding, tooth_friction_of
 from cross.reference_laws import (
     Base,
@@ -376,6 +379,7 @@ class Reference:
         self.meshes = [self._build_mesh(table) for table in mesh_tables]
         self.sleeves = [self._build_sleeve(name, table) for name, table in sleeve_tables.items()]
         self.supports = [self._build_support(name, table) for name, table in self._tables("supports").items()]
+        self.bearings = [self._build_bearing(name, table) for name, table in self._tables("bearings").items()]
         self.couplings = [coupling_of(table, self.index) for table in case.get("couplings") or ()]
         self.base: Base | None = base_of(case.get("base"))
         self._set_phases(case["rotors"], mesh_tables)
@@ -448,7 +452,8 @@ class Reference:
                     placed[foot] = (placed[tip][0] + step, placed[tip][1])
         for name in rotors:
             self._share_axes(placed)
-            on = (self._tables("supports").get(name) or {}).get("on")
+            parts = [self._tables(table).get(name) or {} for table in ("supports", "bearings")]
+            on = next((part["on"] for part in parts if part.get("on")), None)
             placed.setdefault(name, placed.get(on, (0.0, 0.0)))
         return placed
 
@@ -516,7 +521,7 @@ class Reference:
 
     def _carriers(self) -> dict[str, str]:
         """Return the carrier of every rotor that has one."""
-        tables = (self._tables("sleeves"), self._tables("supports"))
+        tables = (self._tables("sleeves"), self._tables("bearings"), self._tables("supports"))
         return {name: part["on"] for table in tables for name, part in table.items() if part.get("on")}
 
     def _frame(self, mesh: Mapping[str, Any]) -> str | None:
@@ -592,7 +597,10 @@ class Reference:
                 inertia=float(table["inertia"]),
                 position=positions[name],
                 nominal_speed=speeds[name],
-                movable=name in sleeves or bool(table.get("floating")) or self._is_sprung(name),
+                movable=name in sleeves
+                or name in self._tables("bearings")
+                or bool(table.get("floating"))
+                or self._is_sprung(name),
                 radial_damping=_number(table, "radial_damping"),
                 drive=kind,
                 speed=_number(drive, "speed"),
@@ -639,7 +647,7 @@ class Reference:
         damping = pair(table, "damping")
         if carrier >= 0:
             base = self.rotors[carrier].position
-            if name not in self._tables("sleeves"):  # an elastic pin
+            if not any(name in self._tables(table) for table in ("sleeves", "bearings")):  # an elastic pin
                 beside = self.rotors[self.index[name]].radial_damping
                 damping = damping[0] + beside, damping[1] + beside
         return Support(
@@ -651,6 +659,16 @@ class Reference:
             torsional_damping=_number(table, "torsional_damping"),
             pin=(own[0] - base[0], own[1] - base[1]) if carrier >= 0 else (0.0, 0.0),
             unstressed=pair(table, "offset"),
+        )
+
+    def _build_bearing(self, name: str, table: Mapping[str, Any]) -> Bearing:
+        carrier = self.index[table["on"]] if table.get("on") else -1
+        own, base = self.rotors[self.index[name]], (0.0, 0.0)
+        if carrier >= 0:
+            base = self.rotors[carrier].position
+        arm = own.position[0] - base[0], own.position[1] - base[1]
+        return bearing_of(
+            table, self.index[name], carrier, arm if carrier >= 0 else (0.0, 0.0), own.radial_damping
         )
 
     def _set_phases(self, rotors: Mapping[str, Any], tables: Sequence[Mapping[str, Any]]) -> None:
@@ -864,7 +882,9 @@ class Reference:
         a, b, n3 = 3 * coupling.a + 2, 3 * coupling.b + 2, 3 * self.n
         return z[a] - coupling.ratio * z[b], z[n3 + a] - coupling.ratio * z[n3 + b]
 
-    def _support_motion(self, support: Support, t: float, z: Sequence[float]) -> tuple[Body, Body | None]:
+    def _support_motion(
+        self, support: Support | Bearing, t: float, z: Sequence[float]
+    ) -> tuple[Body, Body | None]:
         carrier = self.body(support.carrier, t, z) if support.carrier >= 0 else None
         return self.body(support.rotor, t, z), carrier
 
@@ -1193,6 +1213,30 @@ class Reference:
             if support.carrier >= 0:
                 self._push(force, support.carrier, reaction)
 
+    def _add_bearings(self, force: list[float], t: float, z: list[float]) -> None:
+        for k, bearing in enumerate(self.bearings):
+            own, carrier = self._support_motion(bearing, t, z)
+            pressed = [self._is_pressed(k, at) for at in range(bearing.count)]
+            wrench, reaction = bearing.loads(own, carrier, pressed)
+            self._push(force, bearing.rotor, wrench)
+            if bearing.carrier >= 0:
+                self._push(force, bearing.carrier, reaction)
+
+    def _is_pressed(self, k: int, at: int) -> bool:
+        touches = self.signs.get(("bearing", k, f"contact {at}"), -1.0) > 0.0
+        return touches and self.signs.get(("bearing", k, f"push {at}"), 1.0) > 0.0
+
+    def _bearing_indicators(self, t: float, z: list[float]) -> dict[Key, float]:
+        """Return the depth (m) of every element, and its damping factor where it is pressed."""
+        values: dict[Key, float] = {}
+        for k, bearing in enumerate(self.bearings):
+            for at, element in enumerate(bearing.elements(*self._support_motion(bearing, t, z))):
+                key = ("bearing", k, f"contact {at}")
+                values[key] = element.depth
+                if bearing.chi and self.signs.get(key, element.depth) > 0.0:
+                    values[("bearing", k, f"push {at}")] = 1.0 + bearing.chi * element.rate
+        return values
+
     def _add_couplings(self, force: list[float], t: float, z: list[float]) -> None:
         for k, coupling in enumerate(self.couplings):
             torque = self._coupling_torque(k, *self._twist(coupling, z))
@@ -1255,6 +1299,7 @@ class Reference:
                 force[c + 2] -= touch.arm[0] * fy - touch.arm[1] * fx
                 force[c + 2] -= (sleeve.shaft_radius + sleeve.clearance) * tangential
         self._add_supports(force, t, z)
+        self._add_bearings(force, t, z)
         self._add_couplings(force, t, z)
         result = z[n3 : 2 * n3] + [0.0] * (n3 + len(self.servos))
         field = self._field(t)
@@ -1362,6 +1407,7 @@ class Reference:
                 values[("servo", i, "upper")] = raw / servo.limit - 1.0
                 values[("servo", i, "lower")] = raw / servo.limit + 1.0
         values.update(self._coupling_indicators(z))
+        values.update(self._bearing_indicators(t, z))
         return values
 
     def _coupling_indicators(self, z: list[float]) -> dict[Key, float]:
@@ -1389,7 +1435,7 @@ class Reference:
         name = key[2]
         if key[0] == "coupling":
             return ANGLE_TOLERANCE
-        if name in ("drive", "back", "contact") or name.startswith("full"):
+        if name in ("drive", "back", "contact") or name.startswith(("full", "contact ")):
             return LENGTH_TOLERANCE
         if key[0] == "mesh" and name.startswith("push"):
             return PUSH_TOLERANCE

@@ -7,9 +7,9 @@ from cross.reference_laws import turned
 
 
 def carriers_of(document: dict[str, Any]) -> dict[str, str]:
-    """Return the carrier of every rotor whose sleeve or support is on one."""
+    """Return the carrier of every rotor whose sleeve, bearing or support is on one."""
     found = {}
-    for table in ("supports", "sleeves"):
+    for table in ("supports", "bearings", "sleeves"):
         for name, part in document.get(table, {}).items():
             if part.get("on") is not None:
                 found[name] = part["on"]

@@ -1,12 +1,14 @@
 """What every kind of element must hold, present and future: each test asks all kinds of `gearplay.parts.registry`.
 
 The file ``test_KIND.py`` beside this one brings random mechanisms with an element of its kind, ``sample(rng)``, with
-``plain=True`` without what a turn or a mirror would have to carry along, and, where its forces have one without damping, their
-potential energy, ``potential(packed, y)``.
+``plain=True`` without what a turn or a mirror would have to carry along; directions of its own that turn with the mechanism,
+``carried(document, sign, angle)``, ``sign`` -1 for a mirror; and, where its forces have one without damping, their potential
+energy, ``potential(packed, y)``.
 """
 
 import importlib
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -266,6 +268,7 @@ def test_a_turned_mechanism_has_turned_forces(kind: str) -> None:
         }  # teeth turn with the places
         scene, angle = Scene(document, kind, rng), float(rng.uniform(0.0, 6.0))
         turned = moved(document, scene.packed, lambda x, y, a=angle: _turn(x, y, a))
+        turned = carried(kind)(turned, 1.0, angle)
         other = Scene(turned, kind, np.random.default_rng(0))
         other.branch.impact_speeds[:] = scene.branch.impact_speeds
         y = scene.y.copy()
@@ -287,7 +290,7 @@ def test_a_mirrored_mechanism_has_mirrored_forces(kind: str) -> None:
         rng = np.random.default_rng([17, seed])
         document = own(kind).sample(rng, plain=True)
         scene = Scene(document, kind, rng)
-        mirrored = moved(document, scene.packed, lambda x, y: (x, -y))
+        mirrored = carried(kind)(moved(document, scene.packed, lambda x, y: (x, -y)), -1.0, 0.0)
         for rotor in mirrored["rotors"].values():
             if "speed" in rotor.get("drive", {}):
                 rotor["drive"]["speed"] = -rotor["drive"]["speed"]
@@ -313,6 +316,13 @@ def moved(document: Document, packed: Packed, move: Any) -> Document:
         document,
         {"rotors": {name: {"position": list(move(*centre))} for name, centre in centres(case).items()}},
     )
+
+
+def carried(kind: str) -> Callable[[Document, float, float], Document]:
+    """Return what turns or mirrors the directions of a kind's own in a document; most have none."""
+    found: Callable[[Document, float, float], Document]
+    found = getattr(own(kind), "carried", lambda document, sign, angle: document)
+    return found
 
 
 def _turn(x: float, y: float, angle: float) -> tuple[float, float]:

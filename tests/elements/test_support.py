@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import simpson
+from scipy.integrate import cumulative_simpson, simpson
+from scipy.linalg import expm
 
 import gearplay as gp
 from building import Document, Floats, Measured, case_of, simulate_one
-from gearplay.model.pack import Packed
+from gearplay.model.pack import Packed, pack
+from gearplay.model.reading import load_case
 from gearplay.parts.support.law import KIND
 from gearplay.vocabulary.errors import InputError
 
@@ -24,9 +26,13 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
         damping = rng.uniform(1.0, 50.0, 2) if damped else np.zeros(2)
         if plain:  # the axes of a support do not turn with a turned mechanism
             stiffness[1], damping[1] = stiffness[0], damping[0]
+        given: dict[str, Any] = {"stiffness": stiffness.tolist(), "damping": damping.tolist()}
+        if not plain and damped and rng.random() < 0.5:  # in full: an unsymmetric matrix has no potential
+            across = stiffness.min() * rng.uniform(-0.5, 0.5, 2)
+            given["stiffness"] = [[stiffness[0], across[0]], [across[1], stiffness[1]]]
+            given["damping"] = [[damping[0], 3.0], [-5.0, damping[1]]]
         return {
-            "stiffness": stiffness.tolist(),
-            "damping": damping.tolist(),
+            **given,
             "torsional_stiffness": torsional * float(rng.uniform(10.0, 100.0)),
             "torsional_damping": float(rng.uniform(0.0, 0.01)) if damped else 0.0,
         }
@@ -98,6 +104,58 @@ def test_a_disc_swings_on_its_support_in_closed_form(measured: Measured) -> None
         run.signal("support_force_y", "disc"), -k[1] * exact["y"] - c[1] * run.signal("vy", "disc")
     )
     assert np.allclose(run.signal("support_torque", "disc"), -k_t * exact["theta"], atol=1e-9)
+
+
+@pytest.mark.parametrize("flying", [True, False])
+def test_a_full_matrix_acts_across(flying: bool, measured: Measured) -> None:
+    """A cross-coupled bearing against the matrix exponential; what it loses is what the energy lacks."""
+    k, c = [[2e5, 8e4], [-5e4, 3e5]], [[20.0, 6.0], [-3.0, 40.0]]
+    document = disc(stiffness=k, damping=c)
+    document["rotors"]["disc"]["initial"] = {"x": 1e-5, "y": -2e-5, "vx": 1e-3}
+    if not flying:
+        document["supports"]["disc"]["torsional_stiffness"] = 30.0
+    run = simulate_one(document)
+    system = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.array(k) / MASS, -np.array(c) / MASS]])
+    start = np.array([1e-5, -2e-5, 1e-3, 0.0])
+    exact = np.array([expm(system * t) @ start for t in run.time[::50]]).T
+    found = np.array([run.signal(name, "disc")[::50] for name in ("x", "y", "vx", "vy")])
+    worst = float(np.max(np.abs(found - exact)[:2])) / float(np.max(np.abs(exact[:2])))
+    measured("support in full: motion against the matrix exponential, relative", worst, "1e-9")
+    assert worst < 1e-9
+    x, y, vx, vy = (run.signal(name, "disc") for name in ("x", "y", "vx", "vy"))
+    energy = 0.5 * MASS * (vx**2 + vy**2) + 0.5 * (
+        k[0][0] * x**2 + (k[0][1] + k[1][0]) * x * y + k[1][1] * y**2
+    )
+    lost = cumulative_simpson(run.signal("support_power_loss", "disc"), x=run.time)
+    assert np.allclose(energy[0] - energy[1:], lost, atol=1e-6 * energy[0])
+
+
+def test_a_matrix_along_the_axes_is_the_two_numbers() -> None:
+    full = disc(stiffness=[[1e6, 0.0], [0.0, 3e6]], damping=[[5.0, 0.0], [0.0, 7.0]])
+    for document in (full, disc(stiffness=[1e6, 3e6], damping=[5.0, 7.0])):
+        document["rotors"]["disc"]["initial"] = {"x": 1e-5}
+    records = [
+        pack(case_of(document)).system.records[KIND]
+        for document in (full, disc(stiffness=[1e6, 3e6], damping=[5.0, 7.0]))
+    ]
+    assert records[0] == records[1]
+    assert load_case(full).supports["disc"].stiffness == ((1e6, 0.0), (0.0, 3e6))
+    assert load_case(load_case(full).resolved()) == load_case(full)
+
+
+@pytest.mark.parametrize(
+    ("support", "text"),
+    [
+        ({"stiffness": [[1e6, 0.0], [0.0, -1e6]]}, r"supports.disc.stiffness.1.1.*0 or more on the diagonal"),
+        ({"stiffness": [[1e6, 0.0], [0.0]]}, r"supports.disc.stiffness.1.*must have 2 items"),
+        ({"stiffness": [[1e6, 0.0], 2e6]}, r"supports.disc.stiffness.1.*must be a list of 2 items"),
+        ({"stiffness": [-1e6, 1e6]}, r"supports.disc.stiffness.0.*0 N/m or more"),
+        ({"stiffness": [[1e6, "3 mm"], [0.0, 1e6]]}, r"supports.disc.stiffness.0.1"),
+    ],
+)
+def test_a_bad_matrix_is_refused(support: Document, text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        load_case(disc(**support))
 
 
 def test_a_carried_support_keeps_momentum_and_energy(measured: Measured) -> None:

@@ -25,6 +25,7 @@ from gearplay.model.policy import (
     check_contacts,
 )
 from gearplay.model.torsional_pair import FIELD, PARTS, TorsionalPair
+from gearplay.parts.bearing.schema import Bearing
 from gearplay.parts.coupling.schema import Coupling
 from gearplay.parts.environment import Environment
 from gearplay.parts.mesh.schema import Mesh
@@ -130,8 +131,8 @@ class Case(Part):
         "coupled" to the centre distance, or "uncoupled".
     gravity
         Along x and y [m/s^2].
-    rotors, sleeves, supports
-        By name; a sleeve or a support by the name of the rotor that it holds.
+    rotors, sleeves, supports, bearings
+        By name; a sleeve, a support or a bearing by the name of the rotor that it holds.
     base, environment
         Motion of the housing; temperatures.
     meshes, couplings
@@ -194,6 +195,12 @@ class Case(Part):
     supports: Annotated[
         dict[RotorName, Support],
         Field(description="elastic supports by the name of the rotor they hold"),
+        Counted(0, 200),
+        AfterValidator(FrozenTable),
+    ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
+    bearings: Annotated[
+        dict[RotorName, Bearing],
+        Field(description="rolling bearings by the name of the rotor they hold"),
         Counted(0, 200),
         AfterValidator(FrozenTable),
     ] = Field(default_factory=FrozenTable, exclude_if=is_absent)

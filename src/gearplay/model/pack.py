@@ -20,7 +20,7 @@ from gearplay.parts.assembly import Assembly, blank
 from gearplay.parts.drive import positioner, servo
 from gearplay.parts.housing import law as housing
 from gearplay.parts.protocol import Packing
-from gearplay.parts.registry import KINDS, MESH
+from gearplay.parts.registry import EXCITATION, KINDS, MESH, POSITIONER
 from gearplay.schema.records import edges
 from gearplay.vocabulary.errors import Fault, InputError
 
@@ -185,7 +185,7 @@ def pack(
     packing.terms += np.concatenate([terms, _pack_ripples(case, rotors, len(terms))]).tolist()
     for joint in case.joints:
         joint.pack(packing)
-    _pack_holders(case, packing, range(MESH, len(KINDS)))
+    _pack_holders(case, packing, range(MESH, EXCITATION))
     base, record = np.zeros(housing_motion.SLOTS), np.zeros((0, 4))
     if case.base is not None:
         from gearplay.parts.housing.schema import Member
@@ -193,15 +193,16 @@ def pack(
         whole = case.run.transient + case.run.duration if span is None else span
         base, record = case.base.pack(whole, Member(case.run.seed, member))
     rows, record, stops = pack_excitations(case, assembly, rotors, senses, len(packing.terms), record)
-    terms = np.concatenate([np.array(packing.terms, dtype=np.float64).reshape(-1, 3), rows])
+    packing.terms += rows.tolist()
     if case.base is not None:  # an element that shows it
         assembly.add(housing, "base", blank(housing.RECORD), [0])
     _pack_positioners(case, assembly, rotors)
+    _pack_holders(case, packing, range(POSITIONER, len(KINDS)))
     gravity = np.array(case.gravity, dtype=np.float64)
     system = assembly.system(
         rotors,
         [kind.file.RECORD for kind in KINDS],
-        terms=terms,
+        terms=np.array(packing.terms, dtype=np.float64).reshape(-1, 3),
         involutes=involutes,
         spline=spline,
         gravity=gravity,

@@ -11,6 +11,7 @@ from typing import Any
 
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.layout import System
+from gearplay.parts.bearing import law as bearing
 from gearplay.parts.coupling import law as coupling
 from gearplay.parts.drive import excitation, positioner, servo
 from gearplay.parts.housing import law as housing
@@ -21,6 +22,7 @@ from gearplay.parts.support import law as support
 
 SERVO, SLEEVE, MESH, COUPLING = servo.KIND, sleeve.KIND, mesh.KIND, coupling.KIND
 SUPPORT, EXCITATION, HOUSING, POSITIONER = support.KIND, excitation.KIND, housing.KIND, positioner.KIND
+BEARING = bearing.KIND
 
 CONSTANTS = ("KIND", "RECORD", "SIGNALS", "MEMORY", "MODES", "PER_CONTACT", "SLOPES")
 
@@ -47,6 +49,7 @@ KINDS = (
     Kind("excitation", excitation),
     Kind("base", housing),
     Kind("positioner", positioner),
+    Kind("bearing", bearing),
 )
 if [kind.file.KIND for kind in KINDS] != list(range(len(KINDS))):
     raise TypeError("KIND of each module must be its place in KINDS")

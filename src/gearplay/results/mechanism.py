@@ -22,6 +22,8 @@ from gearplay.model.geometry import (
 )
 from gearplay.model.pack import pack
 from gearplay.model.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
+from gearplay.parts.protocol import Holder
+from gearplay.parts.registry import KINDS
 from gearplay.pictures.planes import apart
 from gearplay.solver.frames import CarrierFrames, turned
 from gearplay.toothing.gear import ADDENDUM, DEDENDUM, DrawnGear
@@ -74,11 +76,11 @@ def placed(case: Case) -> dict[str, Any]:
     return {
         "gears": gears,
         "sleeves": [
-            {"name": name, "clearance": sleeve.radial_clearance, "on": sleeve.on}
-            for name, sleeve in case.sleeves.items()
+            {"name": name, "clearance": part.clearance() or 0.0, "on": part.on}
+            for _, name, part in _bushes(case)
         ],
         "supports": [
-            {"name": name, "stiffness": list(support.stiffness or (0.0, 0.0)), "on": support.on}
+            {"name": name, "stiffness": list(support.axial_stiffness), "on": support.on}
             for name, support in case.supports.items()
         ],
         "carried": [
@@ -112,6 +114,13 @@ def _outline_of(gear: DrawnGear) -> dict[str, float]:
     }
 
 
+def _bushes(case: Case) -> list[tuple[str, str, Holder]]:
+    """Return the parts that hold a rotor with clearance, plain and rolling bearings, with their kinds and their rotors."""
+    return [
+        (KINDS[part.kind].name, name, part) for _, name, part in case.every_holder() if part.has_clearance
+    ]
+
+
 def frames_of(
     case: Case, time: Floats, signal: Callable[[str, str], Floats], *, start: float = 0.0, most: int = FRAMES
 ) -> dict[str, Any]:
@@ -137,11 +146,12 @@ def frames_of(
     arms = frames.places[:, :, None]
     moved = np.array([[signal(axis, name)[at] for axis in "xy"] for name in names])
     places = np.stack([turned(each, -angle) for each, angle in zip(moved + arms, orbit, strict=True)]) - arms
-    held = [names.index(name) for name in case.sleeves]
+    parts = _bushes(case)
+    held = [names.index(name) for _, name, _ in parts]
     bushes = [_bush(frames, i, places, orbit) for i in held]
     sleeves = [
-        turned(np.array(_strongest([signal(f"sleeve_force_{axis}", name) for axis in "xy"], at)), -orbit[i])
-        for name, i in zip(case.sleeves, held, strict=True)
+        turned(np.array(_strongest([signal(f"{kind}_force_{axis}", name) for axis in "xy"], at)), -orbit[i])
+        for (kind, name, _), i in zip(parts, held, strict=True)
     ]
     meshes = [
         [_peaks(signal(f"{flank}_force", mesh.label), at) for flank in ("drive", "back")]
@@ -211,7 +221,7 @@ def orbit_of(case: Case, rotor: str, signal: Callable[[str, str], Floats]) -> tu
     at = names.index(rotor)
     place = np.array([signal(axis, rotor) for axis in "xy"])
     if frames.hubs[at] < 0:
-        seat = frames.seats[at] if rotor in case.sleeves else np.zeros(2)
+        seat = frames.seats[at] if any(rotor == name for _, name, _ in _bushes(case)) else np.zeros(2)
         return place[0] - seat[0], place[1] - seat[1]
     hub = names[frames.hubs[at]]
     moved = np.array([signal(axis, hub) for axis in "xy"])

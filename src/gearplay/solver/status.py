@@ -29,7 +29,8 @@ WORDS = {
     Status.STEP_TOO_SMALL: "The step fell below the resolution of time. Loosen `run.tolerance` or soften the stiffest contact.",
     Status.CHATTER: "Contacts switch endlessly within no time."
     " Add damping or restitution below 1, or raise the impact-speed floor.",
-    Status.CANNOT_MESH: "A pair of gears left mesh: its centre distance went out of the range that can mesh."
+    Status.CANNOT_MESH: "A pair of gears left mesh: its centre distance went out of the range that can mesh;"
+    " or a journal was pressed deeper than the law johnson of its sleeve holds."
     " Reduce the radial clearances or the loads, or stiffen the sleeves.",
     Status.BLOW_UP: "The motion grew beyond all reason. Check loads, supports and drives: something accelerates for ever.",
     Status.MISSED_SWITCH: "A touch or release was passed without being located, so the motion beyond it would be false."

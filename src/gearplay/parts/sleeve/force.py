@@ -8,6 +8,7 @@ import numpy as np
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import PLACES, Signal
 from gearplay.parts.sleeve.conformal import BED_AS_PRINTED, BED_NONE, bed_integrals, bed_slopes
+from gearplay.parts.sleeve.line import LINE_NONE, line_force, line_slope
 
 KIND = 1
 RECORD = np.dtype(
@@ -22,6 +23,8 @@ RECORD = np.dtype(
         ("shaft_radius", "f8"),  # m
         ("bed_stiffness", "f8"),  # N/m^k/rad
         ("bed_exponent", "f8"),  # k
+        ("line_length", "f8"),  # m, of a line contact
+        ("line_modulus", "f8"),  # E* [Pa]
         ("damping", "f8"),  # N s/m, of the journal against a carried bush
         ("offset_x", "f8"),  # m, bush on its carrier at zero rotation
         ("offset_y", "f8"),
@@ -30,6 +33,7 @@ RECORD = np.dtype(
         ("journal", "i8"),  # rotor
         ("bush", "i8"),  # rotor, -1 for the ground
         ("bed", "i8"),
+        ("line", "i8"),  # law of a line contact, 0 for none
     ],
     align=True,
 )
@@ -56,10 +60,12 @@ def sleeve_force(sleeve: Any, delta: float, rate: float, v_in: float) -> tuple[f
     """Return the normal force [N] and its margin (positive while pressing) at penetration delta [m].
 
     F = K delta^n (1 + a ddelta/v_in), equations (7)-(11) with the damping of (10) written as the factor ``a``;
-    the conformal bed (12)-(14) replaces K delta^n. ``rate`` is ddelta/dt [m/s], ``v_in`` the stored impact speed.
-    As printed, the bed's damping C = a K delta_m^n / v_in is the same at every angle.
+    the conformal bed (12)-(14) or a line contact replaces K delta^n. ``rate`` is ddelta/dt [m/s], ``v_in`` the stored impact
+    speed. As printed, the bed's damping C = a K delta_m^n / v_in is the same at every angle.
     """
     margin = 1.0 + sleeve.dissipation * rate / v_in
+    if sleeve.line != LINE_NONE:
+        return line_force(sleeve, delta) * margin, margin
     if sleeve.bed == BED_NONE:
         return sleeve.stiffness * signed_power(delta, sleeve.exponent) * margin, margin
     if delta <= 0.0:
@@ -77,6 +83,9 @@ def sleeve_force_slopes(sleeve: Any, delta: float, rate: float, v_in: float) -> 
     """Return the derivatives of `sleeve_force` by delta [N/m], rate and v_in [N s/m]."""
     margin, by_rate = 1.0 + sleeve.dissipation * rate / v_in, sleeve.dissipation / v_in
     by_impact_speed = -by_rate * rate / v_in
+    if sleeve.line != LINE_NONE:
+        force = line_force(sleeve, delta)
+        return line_slope(sleeve, delta) * margin, force * by_rate, force * by_impact_speed
     if sleeve.bed == BED_NONE:
         force = sleeve.stiffness * signed_power(delta, sleeve.exponent)
         steepness = sleeve.exponent * (

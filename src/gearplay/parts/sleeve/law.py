@@ -44,6 +44,7 @@ from gearplay.kernels.sample_block import place_rotor
 from gearplay.kernels.smooth_sign import smooth_sign, smooth_sign_slope
 from gearplay.parts.mount import Mount
 from gearplay.parts.sleeve.force import KIND, RECORD, SIGNALS, sleeve_force, sleeve_force_slopes
+from gearplay.parts.sleeve.line import DEEPEST, LINE_JOHNSON
 
 __all__ = ["KIND", "RECORD", "SIGNALS"]
 MEMORY: tuple[float, ...] = ()
@@ -142,23 +143,32 @@ def _press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: L
 
 
 @compiled_inline
+def beyond_law(system: System, n: int, loads: Loads) -> int:
+    """Return 1 where the journal of sleeve n is pressed deeper than Johnson's law is one-valued, 0 else."""
+    sleeve = system.records[KIND][n]
+    if sleeve.line != LINE_JOHNSON:
+        return 0
+    return 1 if loads.contacts[sleeve.contact, PENETRATION] > 4.0 * DEEPEST * sleeve.clearance else 0
+
+
+@compiled_inline
 def contact_kinematics(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
-    """Fill sleeve n's row of the contact table at (t, y); return 0."""
+    """Fill sleeve n's row of the contact table at (t, y); return 1 where Johnson's law has ended, 0 else."""
     _press(system, n, t, y, branch, loads)
-    return 0
+    return beyond_law(system, n, loads)
 
 
 @compiled_inline
 def apply_forces(
     system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
 ) -> int:
-    """Add sleeve n's forces to the sums on its rotors, its row of the contact table filled; return 0."""
+    """Add sleeve n's forces to the sums on its rotors, its row of the contact table filled; return as `contact_kinematics`."""
     tangential = _press(system, n, t, y, branch, loads)
     out, force = loads.out, loads.rotors
     sleeve = system.records[KIND][n]
     k = sleeve.contact
     if branch.modes[k] != LOADED and sleeve.damping == 0.0:
-        return 0
+        return beyond_law(system, n, loads)
     f_x, f_y = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
     j = sleeve.journal
     force[j, 0] += f_x
@@ -170,7 +180,7 @@ def apply_forces(
         force[b, 1] -= f_y
         force[b, 2] -= out[ARM_X] * f_y - out[ARM_Y] * f_x
         force[b, 2] -= (sleeve.shaft_radius + sleeve.clearance) * tangential
-    return 0
+    return beyond_law(system, n, loads)
 
 
 @compiled_once

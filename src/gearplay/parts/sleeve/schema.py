@@ -8,15 +8,26 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from gearplay.parts.assembly import Contact, blank
 from gearplay.parts.protocol import Holder, Packing
-from gearplay.parts.sleeve import conformal, contact_laws, law
-from gearplay.schema.fields import HertzStiffness, Measure, Offset, Part, Problem, RotorName, refuse
+from gearplay.parts.sleeve import conformal, contact_laws, law, line
+from gearplay.schema.fields import (
+    HertzStiffness,
+    Measure,
+    Offset,
+    Part,
+    Problem,
+    RotorName,
+    is_absent,
+    refuse,
+)
+from gearplay.schema.finding import Finding
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 TYPICAL_DEPTH = 1e-6
 """Penetration [m] at which a contact's angular frequency is estimated."""
 
-Law = Literal["lankarani-nikravesh", "hunt-crossley", "flores", "gonthier", "conformal"]
+Law = Literal["lankarani-nikravesh", "hunt-crossley", "flores", "gonthier", "conformal", "johnson", "liu"]
+LINES = {"johnson": line.LINE_JOHNSON, "liu": line.LINE_LIU}
 
 
 class Material(Part):
@@ -64,6 +75,13 @@ class Sleeve(Holder):
         ]
         | None
     ) = None
+    length: Annotated[
+        Annotated[
+            float, Measure(q.LENGTH, "length of the bush, of a line contact (johnson, liu)", gt=0.0, le=100.0)
+        ]
+        | None,
+        Field(exclude_if=is_absent),
+    ] = None
     restitution: Annotated[float, Measure(None, "coefficient of restitution", gt=0.0, le=1.0)] = 0.9
     restitution_reading: Annotated[
         Literal["literal", "delivered"],
@@ -94,7 +112,32 @@ class Sleeve(Holder):
         refuse(self._problems())
         return self
 
+    def _line_problems(self) -> Iterator[Problem]:
+        if self.length is None:
+            yield Problem(("length",), f"is required by the law {self.law}", "Give the length of the bush")
+        if self.material is None:
+            yield Problem(
+                ("material",), f"is required by the law {self.law}", "Give modulus and Poisson's ratio"
+            )
+        if self.stiffness is not None:
+            rule = (
+                f"must not be given with the law {self.law}, whose stiffness follows from length and material"
+            )
+            yield Problem(("stiffness",), rule, "Remove it")
+        if self.radial_clearance == 0.0:
+            rule = f"must be greater than 0 m with the law {self.law}"
+            yield Problem(("radial_clearance",), rule, "Give a clearance, or choose another law")
+        if self.friction_coefficient > 0.0 and self.shaft_radius is None:
+            rule = "is required with friction, for its torque on the rotor"
+            yield Problem(("shaft_radius",), rule, "Give the radius of the journal")
+
     def _problems(self) -> Iterator[Problem]:
+        if self.law in LINES:
+            yield from self._line_problems()
+            return
+        if self.length is not None:
+            rule = f"must not be given with the law {self.law}, a contact at a point"
+            yield Problem(("length",), rule, 'Remove it, or choose law = "johnson" or "liu"')
         if self.stiffness is None and self.material is None:
             rule = "is required, or shaft_radius with material"
             yield Problem(("stiffness",), rule, "Give the stiffness, or the shaft radius and the material")
@@ -154,7 +197,11 @@ class Sleeve(Holder):
         s = blank(law.RECORD)
         s.clearance, s.exponent = self.radial_clearance, self.exponent
         s.shaft_radius = self.shaft_radius or 0.0
-        s.stiffness = self.contact_stiffness()
+        s.line = LINES.get(self.law, line.LINE_NONE)
+        if s.line == line.LINE_NONE:
+            s.stiffness = self.contact_stiffness()
+        else:
+            s.line_length, s.line_modulus = self.length or 0.0, line.contact_modulus(self.sides())
         s.dissipation = (
             contact_laws.solved_dissipation(self.restitution)
             if self.restitution_reading == "delivered"
@@ -175,6 +222,8 @@ class Sleeve(Holder):
             )  # fmt: skip
         contact = Contact(floor=self.minimum_impact_speed, closed=self.radial_clearance == 0.0)
         stiffness = s.stiffness * s.exponent * TYPICAL_DEPTH ** (s.exponent - 1.0)
+        if s.line != line.LINE_NONE:
+            stiffness = line.line_slope(s, TYPICAL_DEPTH)
         packing.assembly.add(
             law,
             name,
@@ -211,6 +260,15 @@ class Sleeve(Holder):
         warm, cold = hot.radial_clearance, self.radial_clearance
         text = f"at temperature it is {1e6 * warm:.1f} um, {1e6 * (warm - cold):+.1f} um"
         return "radial_clearance", text
+
+    def findings(self, path: str, *, held: bool, alone: bool) -> Iterator[Finding]:
+        """Yield where Johnson's law ends."""
+        if self.law != "johnson" or self.length is None:
+            return
+        depth = 4.0 * line.DEEPEST * self.radial_clearance
+        force = math.pi * line.contact_modulus(self.sides()) * depth * self.length
+        text = f"Johnson's law is one-valued up to {1e6 * depth:.4g} um and {force:.4g} N: a run that presses deeper ends there"
+        yield Finding("note", f"{path}.law", f"{text}.")
 
     def time_invariant(self) -> "Sleeve":
         """Return it without friction and with a restitution of 1."""

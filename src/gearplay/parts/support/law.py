@@ -36,8 +36,12 @@ RECORD = np.dtype(
         *PLACES,
         ("stiffness_x", "f8"),  # N/m
         ("stiffness_y", "f8"),
+        ("stiffness_xy", "f8"),  # of the force along x by a displacement along y
+        ("stiffness_yx", "f8"),
         ("damping_x", "f8"),  # N s/m
         ("damping_y", "f8"),
+        ("damping_xy", "f8"),
+        ("damping_yx", "f8"),
         ("torsional_stiffness", "f8"),  # N m/rad
         ("torsional_damping", "f8"),  # N m s/rad
         ("offset_x", "f8"),  # m, nominal centre from that of the carrier, at zero rotation
@@ -72,26 +76,43 @@ def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[flo
     """Return the angular frequencies [rad/s] with which uneven or off-centre supports turn in the frames of their rotors."""
     rates = []
     for each in system.records[KIND]:
-        uneven = each.stiffness_x != each.stiffness_y or each.damping_x != each.damping_y
-        if each.carrier >= 0 and (uneven or math.hypot(each.offset_x, each.offset_y) > 0.0):
+        if each.carrier >= 0 and (not is_isotropic(each) or math.hypot(each.offset_x, each.offset_y) > 0.0):
             rates.append(abs(speeds[each.carrier] - frames[each.journal]))
     return rates
 
 
+def is_isotropic(support: Any) -> bool:
+    """Return whether a support acts alike in all directions: k I + k' J, its damping too."""
+    return bool(
+        support["stiffness_x"] == support["stiffness_y"]
+        and support["damping_x"] == support["damping_y"]
+        and support["stiffness_xy"] == -support["stiffness_yx"]
+        and support["damping_xy"] == -support["damping_yx"]
+    )
+
+
 def mounts(records: Any) -> list[Mount]:
-    """Return the mounting of the rotors; a support acts alike in all directions where both axes do."""
+    """Return the mounting of the rotors."""
     return [
         Mount(
             int(each["journal"]),
             int(each["carrier"]),
             (float(each["offset_x"]), float(each["offset_y"])),
             (float(each["misplaced_x"]), float(each["misplaced_y"])),
-            isotropic=bool(
-                each["stiffness_x"] == each["stiffness_y"] and each["damping_x"] == each["damping_y"]
-            ),
+            isotropic=is_isotropic(each),
         )
         for each in records
     ]
+
+
+@compiled_inline
+def _force(support: Any, x: float, y: float, v_x: float, v_y: float) -> tuple[float, float]:
+    """Return the force [N] along the support's own axes at a displacement [m] and a rate [m/s] along them."""
+    f = -support.stiffness_x * x - support.damping_x * v_x
+    g = -support.stiffness_y * y - support.damping_y * v_y
+    f -= support.stiffness_xy * y + support.damping_xy * v_y
+    g -= support.stiffness_yx * x + support.damping_yx * v_x
+    return f, g
 
 
 @compiled_inline
@@ -119,8 +140,7 @@ def load_support(system: System, n: int, t: float, y: Floats, out: Floats) -> No
         cosine * e_x + sine * e_y - support.misplaced_x,
         -sine * e_x + cosine * e_y - support.misplaced_y,
     )
-    f = -support.stiffness_x * along - support.damping_x * (cosine * v_x + sine * v_y)
-    g = -support.stiffness_y * across - support.damping_y * (-sine * v_x + cosine * v_y)
+    f, g = _force(support, along, across, cosine * v_x + sine * v_y, -sine * v_x + cosine * v_y)
     out[COSINE], out[SINE], out[ARM_X], out[ARM_Y] = cosine, sine, arm_x, arm_y
     out[SPIN], out[V_X], out[V_Y] = base_spin, v_x, v_y
     out[F_X], out[F_Y] = cosine * f - sine * g, sine * f + cosine * g
@@ -177,8 +197,13 @@ def add_change(
         turn -= base_turn
         spin -= base_spin
     cosine, sine = row[COSINE], row[SINE]
-    f = -support.stiffness_x * (cosine * e_x + sine * e_y) - support.damping_x * (cosine * v_x + sine * v_y)
-    g = -support.stiffness_y * (-sine * e_x + cosine * e_y) - support.damping_y * (-sine * v_x + cosine * v_y)
+    f, g = _force(
+        support,
+        cosine * e_x + sine * e_y,
+        -sine * e_x + cosine * e_y,
+        cosine * v_x + sine * v_y,
+        -sine * v_x + cosine * v_y,
+    )
     f_x = cosine * f - sine * g - base_turn * row[F_Y]
     f_y = sine * f + cosine * g + base_turn * row[F_X]
     torque = -support.torsional_stiffness * turn - support.torsional_damping * spin
@@ -208,4 +233,15 @@ def observe(
     if support.carrier >= 0:
         spin -= spin_of(system, support.carrier, y)
     row[at + 3] = support.damping_x * along * along + support.damping_y * across * across
+    row[at + 3] += (support.damping_xy + support.damping_yx) * along * across
+    # Of the stiffness the antisymmetric part stores nothing: what it takes is lost, or put in.
+    whirl = 0.5 * (support.stiffness_xy - support.stiffness_yx)
+    if whirl != 0.0:
+        j, b = support.journal, support.carrier
+        e_x, e_y = (out[ARM_X], out[ARM_Y]) if b >= 0 else (y[x_of(j)], y[y_of(j)])
+        x = out[COSINE] * e_x + out[SINE] * e_y - support.misplaced_x
+        z = -out[SINE] * e_x + out[COSINE] * e_y - support.misplaced_y
+        if b >= 0:
+            x, z = x - support.offset_x, z - support.offset_y
+        row[at + 3] += whirl * (z * along - x * across)
     row[at + 3] += support.torsional_damping * spin * spin

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from gearplay.parts.assembly import blank
 from gearplay.parts.joining import ROTATION
@@ -16,6 +16,26 @@ from gearplay.vocabulary import quantities as q
 
 Stiffness = Annotated[float, Measure(q.STIFFNESS, "stiffness along this axis", ge=0.0)]
 Damping = Annotated[float, Measure(q.DAMPING, "damping along this axis", ge=0.0)]
+AnyStiffness = Annotated[float, Measure(q.STIFFNESS, "stiffness of a matrix")]
+AnyDamping = Annotated[float, Measure(q.DAMPING, "damping of a matrix")]
+StiffnessRow = Annotated[
+    tuple[AnyStiffness, AnyStiffness], Listed(2, 2, "of the force along one axis, by x and y")
+]
+DampingRow = Annotated[
+    tuple[AnyDamping, AnyDamping], Listed(2, 2, "of the force along one axis, by vx and vy")
+]
+Matrix = tuple[tuple[float, float], tuple[float, float]]
+
+
+def _axes_or_matrix(value: Any) -> str:
+    first = value[0] if isinstance(value, (list, tuple)) and len(value) > 0 else None
+    return "kind:matrix" if isinstance(first, (list, tuple)) else "kind:axes"
+
+
+def _matrix(value: Any) -> Matrix:
+    """Return the matrix of two numbers along the axes, or of one that is given in full."""
+    one, two = value
+    return value if isinstance(one, tuple) else ((one, 0.0), (0.0, two))
 
 
 class Support(Holder):
@@ -29,12 +49,30 @@ class Support(Holder):
     noun: ClassVar[str] = "support"
 
     stiffness: (
-        Annotated[tuple[Stiffness, Stiffness], Listed(2, 2, "stiffness of the centre along x and y")] | None
+        Annotated[
+            Annotated[
+                tuple[Stiffness, Stiffness],
+                Listed(2, 2, "stiffness of the centre along x and y"),
+                Tag("kind:axes"),
+            ]
+            | Annotated[
+                tuple[StiffnessRow, StiffnessRow],
+                Listed(2, 2, "stiffness matrix of the centre"),
+                Tag("kind:matrix"),
+            ],
+            Discriminator(_axes_or_matrix),
+        ]
+        | None
     ) = None
-    damping: Annotated[tuple[Damping, Damping], Listed(2, 2, "damping of the centre along x and y")] = (
-        0.0,
-        0.0,
-    )
+    damping: Annotated[
+        Annotated[
+            tuple[Damping, Damping], Listed(2, 2, "damping of the centre along x and y"), Tag("kind:axes")
+        ]
+        | Annotated[
+            tuple[DampingRow, DampingRow], Listed(2, 2, "damping matrix of the centre"), Tag("kind:matrix")
+        ],
+        Discriminator(_axes_or_matrix),
+    ] = (0.0, 0.0)
     torsional_stiffness: Annotated[
         float, Measure(q.ROTATIONAL_STIFFNESS, "stiffness against rotation", ge=0.0)
     ] = 0.0
@@ -46,12 +84,39 @@ class Support(Holder):
 
     @model_validator(mode="after")
     def _check(self) -> "Support":
-        if not any(
-            (*(self.stiffness or ()), *self.damping, self.torsional_stiffness, self.torsional_damping)
-        ):
+        numbers = [each for row in (*self.stiffness_matrix, *self.damping_matrix) for each in row]
+        for field, matrix in (("stiffness", self.stiffness_matrix), ("damping", self.damping_matrix)):
+            for axis in range(2):
+                if matrix[axis][axis] < 0.0:
+                    rule = "must be 0 or more on the diagonal"
+                    refuse(
+                        [
+                            Problem(
+                                (field, axis, axis),
+                                rule,
+                                "Remove the minus sign or check what the field means",
+                            )
+                        ]
+                    )
+        if not any((*numbers, self.torsional_stiffness, self.torsional_damping)):
             rule = "must have a stiffness or a damping that is not 0"
             refuse([Problem((), rule, "Give stiffness, damping, torsional_stiffness or torsional_damping")])
         return self
+
+    @property
+    def stiffness_matrix(self) -> Matrix:
+        """Stiffness of the centre [N/m], of the force along an axis by the displacement along another."""
+        return _matrix(self.stiffness or (0.0, 0.0))
+
+    @property
+    def damping_matrix(self) -> Matrix:
+        """Damping of the centre [N s/m]."""
+        return _matrix(self.damping)
+
+    @property
+    def axial_stiffness(self) -> tuple[float, float]:
+        """Stiffness along x and y [N/m], the diagonal of the matrix."""
+        return self.stiffness_matrix[0][0], self.stiffness_matrix[1][1]
 
     def frees_centre(self) -> bool:
         """Return whether it has a stiffness along x or y, 0 included."""
@@ -64,8 +129,11 @@ class Support(Holder):
     def pack(self, packing: Packing, name: str, damping: float) -> None:
         """Add its element; on the ground it is a spring of closed-form motion too."""
         record, body = blank(law.RECORD), packing.bodies[name]
-        record.stiffness_x, record.stiffness_y = self.stiffness or (0.0, 0.0)
-        record.damping_x, record.damping_y = (each + damping for each in self.damping)
+        (record.stiffness_x, record.stiffness_xy), (record.stiffness_yx, record.stiffness_y) = (
+            self.stiffness_matrix
+        )
+        (damping_x, record.damping_xy), (record.damping_yx, damping_y) = self.damping_matrix
+        record.damping_x, record.damping_y = damping_x + damping, damping_y + damping
         record.torsional_stiffness = self.torsional_stiffness
         record.torsional_damping = self.torsional_damping
         record.journal, record.carrier = packing.place(name), packing.place(self.on)
@@ -79,7 +147,8 @@ class Support(Holder):
         )
         assembly = packing.assembly
         assembly.add(law, name, record, [record.journal, record.carrier], always=True, rate=rate)
-        if self.on is None:
+        crossed = any((record.stiffness_xy, record.stiffness_yx, record.damping_xy, record.damping_yx))
+        if self.on is None and not crossed:  # one axis does not act on the other
             alone = {record.journal: 1.0}
             for axis, k, c, rest in (
                 (0, record.stiffness_x, record.damping_x, record.misplaced_x),
@@ -90,10 +159,10 @@ class Support(Holder):
 
     def findings(self, path: str, *, held: bool, alone: bool) -> Iterator[Finding]:
         """Yield warnings about damping of a held centre, and of a centre without a stiffness."""
-        if any(self.damping) and held:
+        if any(each for row in self.damping_matrix for each in row) and held:
             text = "it does nothing, since the centre is held: give the support a stiffness, or the rotor a sleeve"
             yield Finding("warning", f"{path}.damping", f"{text}.")
-        for axis, stiffness in zip("xy", self.stiffness or (), strict=False):
-            if stiffness == 0.0 and alone:
+        for axis, row in zip("xy", self.stiffness_matrix if self.stiffness is not None else (), strict=False):
+            if not any(row) and alone:
                 text = f"the centre is free along {axis}: without a stiffness there any force moves it away for good"
                 yield Finding("warning", f"{path}.stiffness", f"{text}.")

@@ -1,0 +1,92 @@
+"""Random rolling bearings on the ground and on a carrier for the tests of all elements; their numbers against closed forms."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from building import Document, Floats, merged
+from gearplay.model.pack import Packed
+from gearplay.parts.bearing.law.record import KIND
+
+
+def bearing(rng: np.random.Generator, *, damped: bool, plain: bool) -> dict[str, Any]:
+    """Return a random bearing: balls or rollers, with clearance or preload."""
+    rollers = not plain and bool(rng.random() < 0.4)
+    found: dict[str, Any] = {
+        "rolling_elements": int(rng.integers(7, 15)),
+        "element_diameter": float(rng.uniform(5e-3, 8e-3)),
+        "pitch_diameter": 0.045,
+        "internal_clearance": float(rng.uniform(4e-5, 2e-4)),
+        "exponent": 10.0 / 9.0 if rollers else 1.5,
+        "stiffness": float(10.0 ** (rng.uniform(7.5, 8.5) if rollers else rng.uniform(9.0, 10.5))),
+        "cage_phase": float(rng.uniform(-3.0, 3.0)),
+        "cage_torque": bool(rng.random() < 0.8),
+        "rotor_ring": str(rng.choice(["inner", "outer"])),
+    }
+    if damped:
+        found["damping"] = {"kind": "hunt-crossley", "value": float(rng.uniform(0.0, 1.0))}
+    if plain:
+        return found | {"cage_torque": True}
+    waves = [
+        {
+            "order": int(rng.integers(1, 16)),
+            "amplitude": float(rng.uniform(1e-6, 5e-6)),
+            "phase": float(rng.uniform(-3.0, 3.0)),
+            "ring": str(rng.choice(["inner", "outer"])),
+        }
+        for _ in range(int(rng.integers(0, 4)))
+    ]
+    return found | {"waviness": waves}
+
+
+def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
+    """Return a planet in a bearing on a carrier that is in a bearing itself."""
+    damping = float(rng.choice([0.0, 20.0])) if damped else 0.0
+    return {
+        "gravity": [0.0, 0.0] if plain else [float(rng.uniform(-9.0, 9.0)), -9.81],
+        "rotors": {
+            "carrier": {"mass": 1.0, "inertia": 2e-3, "position": [0.0, 0.0], "initial": {"omega": 30.0}},
+            "planet": {"mass": 0.4, "inertia": 1e-4, "position": [0.05, 0.02], "radial_damping": damping},
+        },
+        "bearings": {
+            "carrier": bearing(rng, damped=damped, plain=plain),
+            "planet": {**bearing(rng, damped=damped, plain=plain), "on": "carrier"},
+        },
+        "run": {"duration": 0.01, "sampling": 1e4},
+    }
+
+
+def carried(document: Document, sign: float, angle: float) -> Document:
+    """Turn, or mirror, the directions of the elements at rotation 0."""
+    phases = {
+        name: {"cage_phase": sign * each["cage_phase"] + angle} for name, each in document["bearings"].items()
+    }
+    return merged(document, {"bearings": phases})
+
+
+def potential(packed: Packed, y: Floats) -> float:
+    """Return the elastic energy [J] of all bearings at t = 0."""
+    total, terms = 0.0, packed.system.terms
+    for each in packed.system.records[KIND]:
+        i, b = int(each.rotor), int(each.carrier)
+        e, turn_a, turn_b = y[3 * i : 3 * i + 2] - [each.misplaced_x, each.misplaced_y], y[3 * i + 2], 0.0
+        if b >= 0:
+            turn_b = y[3 * b + 2]
+            c, s = math.cos(turn_b), math.sin(turn_b)
+            seat = np.array([each.offset_x, each.offset_y])
+            e = e - y[3 * b : 3 * b + 2] + seat - [c * seat[0] - s * seat[1], s * seat[0] + c * seat[1]]
+        for k in range(int(each.contacts)):
+            angle = each.cage_phase + each.share_a * turn_a + each.share_b * turn_b
+            angle += 2.0 * math.pi * k / int(each.contacts)
+            depth = e[0] * math.cos(angle) + e[1] * math.sin(angle) - each.half_clearance
+            for first, count, turn in (
+                (each.waves_a, each.count_a, turn_a),
+                (each.waves_b, each.count_b, turn_b),
+            ):
+                for order, cosine, sine in terms[first : first + count]:
+                    depth += cosine * math.cos(order * (angle - turn)) - sine * math.sin(
+                        order * (angle - turn)
+                    )
+            total += each.stiffness / (each.exponent + 1.0) * max(depth, 0.0) ** (each.exponent + 1.0)
+    return total
