@@ -8,6 +8,7 @@ import pytest
 from drawn_pairs import drawn, paired
 from gearplay.toothing.gear import DrawnGear, inv, inverse_involute
 from gearplay.toothing.pair import GearPair
+from gearplay.toothing.potential_energy import fillet
 
 
 def some_gear(
@@ -95,3 +96,19 @@ def test_overlap_ratio() -> None:
     assert pair.overlap_ratio == pytest.approx(
         50.0 * math.sin(math.radians(12.0)) / (math.pi * 4.0), rel=1e-12
     )
+
+
+@pytest.mark.parametrize("beta", [0.0, 21.0])
+def test_fillet_joins_root_circle_and_involute(beta: float) -> None:
+    """The trochoid starts on the root circle, tangent to it, and ends on the involute with its direction."""
+    gear = drawn(4.5, 27, 0.23, beta=beta, thickness_change=-0.15)
+    gamma = np.array([0.5 * math.pi, 0.5 * math.pi - 1e-6, gear.pressure_angle + 1e-6, gear.pressure_angle])
+    x, y = fillet(gear, gamma)
+    radius, half = np.hypot(x, y), np.arctan2(x, y)
+    assert radius[0] == pytest.approx(gear.root, rel=1e-12)
+    assert abs(radius[1] - radius[0]) < 1e-3 * abs(radius[0] * (half[1] - half[0]))
+    assert half[3] == pytest.approx(gear.half_angle_at(float(radius[3])), abs=1e-12)
+    slope = (half[3] - half[2]) / (radius[3] - radius[2])
+    step = 1e-6
+    flank = (gear.half_angle_at(radius[3] + step) - gear.half_angle_at(radius[3] - step)) / (2.0 * step)
+    assert slope == pytest.approx(flank, rel=1e-4)

@@ -61,17 +61,26 @@ def _nodes(count: int) -> tuple[Floats, Floats]:
 
 
 def fillet(gear: DrawnGear, gamma: Floats) -> tuple[Floats, Floats]:
-    """Return the fillet of an external tooth [m], its middle along +y, by the angle of the rack's normal [rad].
+    """Return the fillet of an external tooth [m] in the transverse section, its middle along +y.
 
-    ``gamma`` is pi/2 at the root circle and the pressure angle where the involute begins.
+    ``gamma`` is the angle of the rack's normal in the normal section [rad]: pi/2 at the root circle, the pressure angle where the
+    involute begins. A point of the rack cuts where its normal passes through the pitch point; thinner teeth
+    are cut on both sides.
     """
     module, alpha, radius = gear.module, gear.pressure_angle, gear.rack_tip_radius
-    depth = (gear.dedendum - gear.profile_shift - radius) * module
-    offset = (0.25 * math.pi + (gear.dedendum - radius) * math.tan(alpha) + radius / math.cos(alpha)) * module
-    turned = (depth / np.tan(gamma) + offset) / gear.reference_radius
-    reach = depth / np.sin(gamma) + radius * module
-    x = gear.reference_radius * np.sin(turned) - reach * np.cos(gamma - turned)
-    y = gear.reference_radius * np.cos(turned) - reach * np.sin(gamma - turned)
+    depth = (gear.dedendum - gear.profile_shift - radius + radius * np.sin(gamma)) * module
+    offset = (
+        0.25 * math.pi
+        + (gear.dedendum - radius) * math.tan(alpha)
+        + radius / math.cos(alpha)
+        - radius * np.cos(gamma)
+    ) * gear.transverse_module
+    offset += 0.5 * gear.thickness_change / math.cos(gear.helix_angle)
+    across = np.arctan2(np.sin(gamma), np.cos(gamma) * math.cos(gear.helix_angle))
+    turned = (offset + depth / np.tan(across)) / gear.reference_radius
+    reach = depth / np.sin(across)
+    x = gear.reference_radius * np.sin(turned) - reach * np.cos(across - turned)
+    y = gear.reference_radius * np.cos(turned) - reach * np.sin(across - turned)
     return x, y
 
 
