@@ -15,7 +15,7 @@ from typing import Any
 
 from depth import FULL
 from gearplay.cli.copy import names
-from gearplay.cli.main import run
+from gearplay.cli.main import WORDS, run
 from gearplay.model.toml_files import parse_toml, write_toml
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -99,7 +99,10 @@ class Command:
 
     @property
     def verb(self) -> str:
-        return self.words[1] if self.words[0] == "gearplay" else ""
+        if self.words[0] != "gearplay":
+            return ""
+        two = " ".join(self.words[1:3])
+        return two if two in WORDS.values() else self.words[1]
 
     @property
     def long(self) -> bool:

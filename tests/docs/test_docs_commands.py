@@ -16,7 +16,7 @@ from gearplay.cli.main import app
 
 GROUP: Any = typer.main.get_command(app)
 KNOWN = names()
-SPAN = re.compile(r"`gearplay ([a-z-]+)([^`]*)`")
+SPAN = re.compile(r"`gearplay ([a-z][a-z-]*)([^`]*)`")
 
 
 def named(page: Path) -> str:

@@ -37,7 +37,7 @@ def export_fmu(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
     json: Json = False,
 ) -> None:
-    """Write a case as an FMU for co-simulation: compiled code that needs no Python."""
+    """Write a case as an FMU for co-simulation, without Python."""
     import gearplay as gp
 
     made = gp.export_fmu(

@@ -48,7 +48,7 @@ def lost_motion(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")] = False,
     json: Json = False,
 ) -> None:
-    """Show lost motion, backlash and stiffness, and the part of each clearance.
+    """Show lost motion, stiffness and the part of each clearance.
 
     The torque on the output rises and falls slowly while the input is held. Of a measured curve the same numbers with intervals.
     """

@@ -19,7 +19,7 @@ def teeth(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing results.")] = False,
     json: Json = False,
 ) -> None:
-    """Show a gear pair as on its drawing, its path of contact and stiffness."""
+    """Show a gear pair as drawn, its path of contact and stiffness."""
     import gearplay as gp
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.pictures.canvas import to_png
