@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.kernels.by_address import Group
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
 from gearplay.model.initial import Starts
@@ -51,12 +52,15 @@ class Tune:
 
 def arrays_of(packed: Packed, start: NDArray[np.float64]) -> Iterator[NDArray[Any]]:
     """Yield the arrays that a change may reach: of the system, the initial state, natural sizes, stops."""
-    system = packed.system
-    yield from (system.rotors, system.elements, system.contacts, system.switches, *system.records)
-    yield from (system.joined.chains, system.joined.vibrations, system.joined.coordinates)
-    yield from (system.joined.numbers, system.joined.places)
-    yield from (system.terms, system.involutes, system.spline, system.gravity, system.base, system.record)
+    yield from _arrays(packed.system)
     yield from (start, packed.natural, packed.stops)
+
+
+def _arrays(group: Group) -> Iterator[NDArray[Any]]:
+    for name in type(group).shapes():
+        value = getattr(group, name)
+        for each in value if isinstance(value, tuple) else (value,):
+            yield from _arrays(each) if isinstance(each, Group) else (each,)
 
 
 def find_tunes(
