@@ -74,6 +74,12 @@ def valid(folder: Path) -> dict[str, dict[str, Any]]:
             "tune": ["rotors.ring.mass"],
             "overwrite": True,
         },
+        "diagnose": {
+            "record": gp.Channel("acc", np.sin(np.arange(4096.0)), 1000.0, "m/s^2"),
+            "teeth": "10:20",
+            "bearings": ["8, 7.9mm, 33.5mm"],
+            "speed": "600 rpm",
+        },
         "frequency_response": {
             "case": pressed,
             "force": force.replace("pinion-ring", "input-output"),

@@ -68,9 +68,9 @@ def test_envelope_lines__beyond_the_band_are_left_out() -> None:
         (lambda: bearing_orders(8, math.nan, 1e-2), "greater than 0 m"),
         (lambda: bearing_orders(8, 33.5e-3, 7.9e-3), "must hold 8 elements"),
         (lambda: bearing_orders(30, 7.9e-3, 33.5e-3), "must hold 30 elements"),
-        (lambda: bearing_orders(8, 7.9e-3, 33.5e-3, contact_angle=2.0), "pi/2"),
+        (lambda: bearing_orders(8, 7.9e-3, 33.5e-3, contact_angle=2.0), "from 0 to 1.57"),
         (lambda: envelope_lines(gp.Channel("a", np.ones(100), 100.0), {"x": -1.0}, 10.0, 40.0), "greater than 0 Hz"),
-        (lambda: envelope_lines(gp.Channel("a", np.ones(100), 100.0), {"x": 1.0}, 10.0, 40.0, search=0.0), "share above 0"),
+        (lambda: envelope_lines(gp.Channel("a", np.ones(100), 100.0), {"x": 1.0}, 10.0, 40.0, search=0.0), "must be a number"),
         (lambda: envelope_lines(gp.Channel("a", np.ones(100), 100.0), {"x": 1.0}, 10.0, 90.0), "half the sampling rate"),
     ],
 )  # fmt: skip

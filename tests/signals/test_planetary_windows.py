@@ -99,6 +99,8 @@ def test_windows__find_the_damaged_tooth() -> None:
         ({"sun": 20, "planet": 20, "ring": 60, "teeth": 2}, "must be 20 or more, by which the planet steps"),
         ({"ring": 10}, "more teeth than the sun"),
         ({"carrier": 0.0}, "greater than 0 rad/s"),
+        ({"place": 1e300}, "must be a number from"),
+        ({"place": np.nan}, "must be a number from"),
         ({"planets": 0}, "whole number from 1"),
         ({"carrier": 2 * np.pi * 1.5}, "must last until every tooth has passed"),
     ],

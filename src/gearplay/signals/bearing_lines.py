@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.record import Channel
-from gearplay.signals.checks import check_count, check_positive, refuse
+from gearplay.signals.checks import check_count, check_positive, check_real, refuse
 from gearplay.signals.envelopes import envelope_spectrum
 
 Floats = NDArray[np.float64]
@@ -73,13 +73,7 @@ def bearing_orders(
     check_count("elements", elements, 2, 1000, "Give the number of balls or rollers")
     check_positive("diameter", diameter, "m")
     check_positive("pitch_diameter", pitch_diameter, "m")
-    if not 0.0 <= contact_angle < 0.5 * math.pi:
-        refuse(
-            "contact_angle",
-            contact_angle,
-            "must lie from 0 to below pi/2 rad",
-            "0 is a deep-groove bearing's",
-        )
+    check_real("contact_angle", contact_angle, 0.0, 1.57, "It is in radians, 0 for a deep-groove bearing")
     if pitch_diameter * math.sin(math.pi / elements) <= diameter * (1.0 - 1e-9):
         rule = f"must hold {elements} elements of {diameter:g} m beside each other"
         refuse("pitch_diameter", pitch_diameter, rule, "Check the three numbers and their units")
@@ -149,8 +143,7 @@ def envelope_lines(
 
     """
     check_count("harmonics", harmonics, 1, 100, "3 is usual")
-    if not 0.0 < search <= 0.5:
-        refuse("search", search, "must be a share above 0 and at most 0.5", "0.02 is usual")
+    check_real("search", search, 1e-9, 0.5, "0.02 is usual")
     spectrum = envelope_spectrum(channel, low, high).spectrum
     found = []
     for name, frequency in expected.items():

@@ -57,6 +57,16 @@ def check_positive(path: str, value: float, unit: str) -> float:
     return float(value)
 
 
+def check_real(path: str, value: float, low: float, high: float, cure: str) -> float:
+    """Return ``value``. Raises `InputError` where it is no finite number from ``low`` to ``high``."""
+    is_real = isinstance(value, (int, float, np.number)) and not isinstance(
+        value, (bool, complex, np.complexfloating)
+    )
+    if not (is_real and low <= value <= high and math.isfinite(value)):
+        refuse(path, value, f"must be a number from {low:g} to {high:g}", cure)
+    return float(value)
+
+
 def check_choice(path: str, value: str, choices: tuple[str, ...]) -> str:
     """Return ``value``. Raises `InputError` where it is none of ``choices``."""
     if value not in choices:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gearplay.files.record import Channel
 from gearplay.signals.angle import AngleRecord, ShaftAngle, shaft_angle
-from gearplay.signals.checks import TWO_PI, check_count, check_positive, refuse
+from gearplay.signals.checks import TWO_PI, check_count, check_positive, check_real, refuse
 from gearplay.signals.resampling import resampled
 from gearplay.signals.synchronous import SynchronousAverage
 
@@ -147,6 +147,7 @@ def planetary_average(
     _check_set(sun, planet, ring, planets)
     if gear not in GEARS:
         refuse("gear", gear, "must be a gear that the window follows", f"Choose from: {', '.join(GEARS)}")
+    check_real("place", place, -1e6, 1e6, "Give the angle of the carrier in radians")
     check_count("number", number, 1, planets, "Count the planets from 1")
     z = planet if gear == "planet" else sun
     check_count("teeth", teeth, 1, min(z, ring // planets), "2 is usual")
@@ -158,7 +159,7 @@ def planetary_average(
     highest = 0.4 * channel.sampling * TWO_PI / float(np.max(shaft.at(shaft.time)[1]))
     m = math.ceil(2.5 * highest / ring) + 1
     record = resampled(channel, shaft, highest=highest, samples_per_revolution=m * ring)
-    middle = round((place / TWO_PI + (number - 1) / planets) * m * ring)
+    middle = round((place / TWO_PI % 1.0 + (number - 1) / planets) * m * ring)
     return _windowed(record, channel.name, m, ring, z, teeth, middle)
 
 
