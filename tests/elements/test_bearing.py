@@ -17,7 +17,7 @@ def bearing(rng: np.random.Generator, *, damped: bool, plain: bool) -> dict[str,
         "rolling_elements": int(rng.integers(7, 15)),
         "element_diameter": float(rng.uniform(5e-3, 8e-3)),
         "pitch_diameter": 0.045,
-        "internal_clearance": float(rng.uniform(4e-5, 2e-4)),
+        "internal_clearance": float(rng.uniform(-1e-4, 5e-5) if plain else rng.uniform(4e-5, 2e-4)),
         "exponent": 10.0 / 9.0 if rollers else 1.5,
         "stiffness": float(10.0 ** (rng.uniform(7.5, 8.5) if rollers else rng.uniform(9.0, 10.5))),
         "cage_phase": float(rng.uniform(-3.0, 3.0)),
@@ -43,10 +43,16 @@ def bearing(rng: np.random.Generator, *, damped: bool, plain: bool) -> dict[str,
 def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
     """Return a planet in a bearing on a carrier that is in a bearing itself."""
     damping = float(rng.choice([0.0, 20.0])) if damped else 0.0
+    driven = (
+        {"drive": {"kind": "speed", "speed": float(rng.choice([-300.0, 300.0]))}}
+        if rng.random() < 0.6
+        else {}
+    )
+    weightless = plain or rng.random() < 0.5
     return {
-        "gravity": [0.0, 0.0] if plain else [float(rng.uniform(-9.0, 9.0)), -9.81],
+        "gravity": [0.0, 0.0] if weightless else [float(rng.uniform(-9.0, 9.0)), -9.81],
         "rotors": {
-            "carrier": {"mass": 1.0, "inertia": 2e-3, "position": [0.0, 0.0], "initial": {"omega": 30.0}},
+            "carrier": {"mass": 1.0, "inertia": 2e-3, "position": [0.0, 0.0], **driven},
             "planet": {"mass": 0.4, "inertia": 1e-4, "position": [0.05, 0.02], "radial_damping": damping},
         },
         "bearings": {
