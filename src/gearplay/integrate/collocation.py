@@ -37,6 +37,7 @@ from gearplay.kernels.layout import System, vx_of
 ERROR, ERROR_OF_FIVE = 8e-3, 2.4e-4
 """Shares of the differences in the error estimate: twice those in the error of the interpolant, far above that of the method."""
 NEWTON = 8  # iterations at most
+CLOSE = 1e-9  # by which a step may differ from the one that the factors are for
 ENOUGH = np.array([0.05, 0.05])
 """Share of the allowed error that Newton's method may leave, by the method: five stages err by far less than is allowed."""
 FORGETS, WORST = 1.05, 0.3
@@ -113,7 +114,9 @@ def attempt_implicit(system: System, run: Run, h: float) -> int:
     if (numbers[IN_USE] == 0 or is_worn(kept)) and differentiate(system, run, t, h) != 0:
         return 1
     while True:
-        if (numbers[FACTORED] == 0 or kept.sizes[H_FACTORED] != h) and factorise(kept, h) != 0:
+        if abs(kept.sizes[H_FACTORED] - h) > CLOSE * h:
+            numbers[FACTORED], kept.sizes[H_FACTORED] = 0, h
+        if numbers[FACTORED] == 0 and factorise(kept, kept.sizes[H_FACTORED]) != 0:
             return 1
         turns = solve(system, run, t, h)
         if turns > 0:

@@ -125,8 +125,10 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     for turn in range(REJECTIONS + 1):
         if turn == REJECTIONS or something_is_due(run, min(t + h, stop)):
             return fall_back(system, run, twice)
-        to_stop = h >= (stop - t) * (1.0 - 1e-12)
-        part = stop - t if to_stop else h
+        ahead = (1.0 - 1e-12) * (stop - t) / h  # in steps; the last few before a stop are equally long
+        left = 1.0 if ahead <= 1.0 else 2.0 if ahead <= 2.0 else 3.0
+        part = (stop - t) / left if ahead <= 3.0 else h
+        to_stop = ahead <= 1.0
         if attempt_implicit(system, run, part) != 0:
             counts[REJECTED] += 1
             h = SHORTER * part
@@ -153,9 +155,13 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     status = accept(system, run, part, t_new, -1)
     if status != DONE:
         return status
-    growth = 0.8 * error ** (-1.0 / order_of(run)) if error > 1e-12 else 2.0
+    growth = 0.8 * max(error, 1e-12) ** (-1.0 / order_of(run))
     changes = growth < SHRINKS or growth >= (GROWS if part <= sizes[H_OLDER] else GROWS_AGAIN)
-    longer = h * min(2.0, growth) if changes else h
+    longer = h
+    if part < h:  # what was cut short says nothing of longer ones
+        longer = min(h, part * growth)
+    elif changes:
+        longer = h * min(2.0, growth)
     method = choose_method(run, part, longest, longer)
     trace(run, part)
     numbers[TRIED] += 1
