@@ -31,7 +31,7 @@ TABLES = {
     "sleeves",
     "meshes",
     "couplings",
-    "supports",
+    "supports", "bearings",
     "base",
     "environment",
     "planetary",

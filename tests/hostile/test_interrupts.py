@@ -54,7 +54,20 @@ main()
 """Of Python's own start nothing is asked: the entrance's first line is said, from there on Ctrl-C is heard."""
 QUICK = {"plot", "modes", "portrait", "analyze", "export", "run, saved"}
 """They may be done before the signal comes."""
-SHORT = {"check", "copy", "load_sharing", "lost_motion", "schema", "serve"}
+SHORT = {
+    *(
+        "check",
+        "copy",
+        "diagnose",
+        "export_fmu",
+        "import_",
+        "load_sharing",
+        "lost_motion",
+        "schema",
+        "serve",
+        "teeth",
+    )
+}
 """Verbs that are done within seconds, or, as `serve`, have an end of their own: tests/web."""
 
 

@@ -168,7 +168,7 @@ def settled(case: gp.Case, softest: float) -> np.ndarray | None:
         if name == "s_sun":
             rotor["drive"]["speed"] = 1e-6
         if name == "s_carrier":
-            rotor["inertia"] = 0.5 * case.planetary["s"].center_distance ** 2
+            rotor["inertia"] = 0.5 * case.planetary["s"].distance ** 2
     result = gp.simulate(
         gp.Case.model_validate(document),
         duration=duration,

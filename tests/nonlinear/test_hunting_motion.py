@@ -79,12 +79,12 @@ def test_motion__period_of_the_section(teeth: tuple[int, int], which: str, mesh_
 
 
 def test_flow__limit_of_steps_is_that_of_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(integration, "MOST_STEPS", 500)
+    monkeypatch.setattr(integration, "MOST_STEPS", 300)
     flow = Flow(pair())
     going = flow.begin(flow.start())
     for at in range(1, 41):
         going.advance(at / 700.0)
-    assert going.steps > 500
+    assert going.steps > 300
     with pytest.raises(gp.SimulationError, match="limit on steps"):
         flow.begin(flow.start()).advance(10.0)
 

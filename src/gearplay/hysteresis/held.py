@@ -75,7 +75,7 @@ def held(case: Case, at: str, hold: str | Sequence[str]) -> Held:
     free = np.abs(rolling.free_turns(still)[names.index(at)]).max(initial=0.0)
     if free > MOVES:
         rule = f"must keep {at} from turning, but the train still rolls"
-        raise InputError(Fault("hold", ", ".join(holds), rule, "Hold further rotors: --hold A --hold B"))
+        raise InputError(Fault("hold", ", ".join(holds), rule, "Hold further rotors as well"))
     try:
         ratios = rolling.nominal_speeds(_unloaded(hot, {at: 1.0}, "", turns))
     except InputError:  # a torsional spring or another held rotor keeps it from turning

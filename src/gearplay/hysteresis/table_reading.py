@@ -47,7 +47,7 @@ def read_curve(path: str | os.PathLike[str], columns: Sequence[str] | None) -> M
     wanted = list(columns) if columns is not None else ["1", "2"]
     if len(wanted) != 2:
         rule = "must name two columns, torque and rotation"
-        raise InputError(Fault("columns", ", ".join(wanted), rule, "Write --columns TORQUE,ROTATION"))
+        raise InputError(Fault("columns", ", ".join(wanted), rule, "Name two, as TORQUE,ROTATION"))
     places = [_place(name, layout) for name in wanted]
     factors = [
         _factor(name, layout.units[at], quantity)

@@ -34,12 +34,11 @@ from gearplay.kernels.compiled import compiled
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import System, vx_of
 
-ERROR, ERROR_OF_FIVE = 8e-3, 2.4e-4
-"""Shares of the differences in the error estimate: twice those in the error of the interpolant, far above that of the method."""
+ERROR, ERROR_OF_FIVE = 8e-3, 2e-3
+"""Shares of the differences in the error estimate: twice and sixteen times those in the error of the interpolant."""
 NEWTON = 8  # iterations at most
 CLOSE = 1e-9  # by which a step may differ from the one that the factors are for
-ENOUGH = np.array([0.05, 0.05])
-"""Share of the allowed error that Newton's method may leave, by the method: five stages err by far less than is allowed."""
+ENOUGH = 0.02  # of the allowed error that Newton's method may leave
 FORGETS, WORST = 1.05, 0.3
 """By how much its convergence is taken to be worse from step to step, as one iteration does not show it; at most so bad."""
 
@@ -92,9 +91,9 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
             if sizes[CONTRACTION] >= 0.9:
                 return 0
         left = sizes[CONTRACTION] * size
-        if left <= ENOUGH[method]:
+        if left <= ENOUGH:
             return turn + 1
-        if turn > 0 and left * sizes[CONTRACTION] ** (NEWTON - 1 - turn) > ENOUGH[method]:
+        if turn > 0 and left * sizes[CONTRACTION] ** (NEWTON - 1 - turn) > ENOUGH:
             return 0
         before = size
     return 0

@@ -29,7 +29,7 @@ from gearplay.kernels.layout import System, members, vx_of
 QUIET, IN_USE, AGE, TRACED, FACTORED, BACKOFF, TRIED, FRESH, EXCESS = range(9)
 # The method, by its row in the tables, of the next step, of the last one traced and of the one before; which of these the weights
 # of the guess are for; the number of stages whose polynomial interpolates the step last tried, 0 for an explicit one;
-# for how many steps three stages are held to.
+# for how many steps the method is kept.
 METHOD, LAST_METHOD, OLDER_METHOD, WEIGHED, COLLOCATED, HELD = range(9, 15)
 NUMBERS = 15
 # Slots of Implicit.sizes: lengths [s] of the last step traced, of the one that the factors are for, of the last explicit one; how

@@ -44,7 +44,8 @@ GROWS, GROWS_AGAIN, SHRINKS = 1.25, 1.8, 0.86
 FINE, COARSE = 0.7, 0.85
 """Shares of the longest step: where three stages can only take shorter ones, five are taken, and three again above the other."""
 LOOKS = 16  # steps of five stages after which three are considered
-HOLD = 16  # steps of three stages at first, and where the equations of five were not solved: vibrations die
+HOLD, GAIN = 8, 1.3
+"""Steps of three stages where the equations of five were not solved; by how much longer five must be."""
 SHORTER = 0.4  # of a step whose equations are not solved, what is tried next
 
 
@@ -79,19 +80,23 @@ def order_of(run: Run) -> float:
 def choose_method(run: Run, part: float, longest: float, longer: float) -> int:
     """Return the method of the steps after one of ``part`` [s], by the length that three stages could have.
 
-    That is ``longer`` [s] where they are in use. Five cost 1.2 to 1.8 times as much. Where their equations are not solved, three
-    are taken for a while.
+    That is ``longer`` [s] where they are in use. Five cost 1.2 to 1.8 times as much. Where they are not longer, or
+    their equations are not solved, three are taken for a while.
     """
     numbers, sizes = run.implicit.numbers, run.implicit.sizes
+    numbers[HELD] = max(numbers[HELD] - 1, 0)
     if numbers[METHOD] == LOW:
-        sizes[SHORT] = longer
-        numbers[HELD] = max(numbers[HELD] - 1, 0)
-        return HIGH if numbers[TRACED] > 1 and numbers[HELD] == 0 and longer < FINE * longest else LOW
+        if numbers[HELD] > 0 or numbers[TRACED] < 2 or longer >= FINE * longest:
+            return LOW
+        sizes[SHORT], numbers[HELD] = longer, LOOKS
+        return HIGH
     error = max(implicit_error(run, part, True), 1e-12)
     sizes[SHORT] = min(sizes[SHORT], 0.8 * part * error ** (-1.0 / ORDER))
-    if numbers[TRIED] % LOOKS > 0:
+    if numbers[HELD] > 0:
         return HIGH
-    method = LOW if sizes[SHORT] > COARSE * longest else HIGH
+    method, numbers[HELD] = LOW if sizes[SHORT] > COARSE * longest else HIGH, LOOKS
+    if part < GAIN * sizes[SHORT]:
+        method, numbers[HELD] = LOW, TRIAL
     sizes[SHORT] = longest
     return method
 
@@ -118,8 +123,7 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     clock, counts, numbers, sizes = run.clock, run.counts, run.implicit.numbers, run.implicit.sizes
     if numbers[IN_USE] == 0:
         clock[H] = sizes[H_EXPLICIT]
-        numbers[TRIED], sizes[WORK], numbers[METHOD], numbers[HELD] = 0, 0.0, LOW, HOLD
-        locate_kinks(system, run, False)
+        numbers[TRIED], sizes[WORK], numbers[METHOD], numbers[HELD] = 0, 0.0, LOW, TRIAL
     twice, t = min(2 * numbers[BACKOFF], MOST_BACKOFF), clock[T]
     h, error = min(clock[H], longest), 0.0
     for turn in range(REJECTIONS + 1):
@@ -170,6 +174,8 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     if to_stop and stop < clock[T_END]:
         return restart(system, run)
     go_on(system, run)
+    if numbers[TRIED] == 1:  # the first step, whose error is not estimated, has none
+        locate_kinks(system, run, False)
     clock[H] = longer
     if numbers[TRIED] % TRIAL == 0:
         if not pays(run, h):

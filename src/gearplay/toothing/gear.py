@@ -30,7 +30,7 @@ def inv(alpha: float) -> float:
 def inverse_involute(value: float) -> float:
     """Return the angle [rad] of an involute function, by Newton's method for its tangent; NaN below 0.
 
-    >>> math.degrees(inverse_involute(inv(math.radians(20.0))))
+    >>> round(math.degrees(inverse_involute(inv(math.radians(20.0)))), 9)
     20.0
     """
     if not value > 0.0:
