@@ -194,8 +194,9 @@ def check_motions(command: Sequence[str], folder: Path) -> None:
         equal = all(np.array_equal(values, getattr(run, name)) for name, values in found.items())
         apart = abs(found["y"] - run.y).max()
         print(f"{case}: {'the same bits' if equal else f'up to {apart:.1e} apart'}")  # noqa: T201
-        for count in (kernel.STEPS, kernel.EVENTS):
-            assert found["counts"][count] == run.counts[count], case
+        assert found["counts"][kernel.EVENTS] == run.counts[kernel.EVENTS], case
+        # The choice between methods may turn by the last bit.
+        assert found["counts"][kernel.STEPS] == pytest.approx(run.counts[kernel.STEPS], rel=0.05), case
         for i in range(found["y"].size // 6):
             assert np.allclose(
                 found["y"][3 * i : 3 * i + 2], run.y[3 * i : 3 * i + 2], rtol=0.0, atol=1e-13
