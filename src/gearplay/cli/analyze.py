@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.options import si_number
+from gearplay.cli.options import Pulses, Units, si_number
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
 
 ENVELOPE_LINES = 8
@@ -37,12 +37,7 @@ def analyze(
             help='Shaft speed for orders: "120 rpm", a channel, or a scalar of the file: X097RPM, "rate Hz".',
         ),
     ] = None,
-    pulses: Annotated[
-        int | None,
-        typer.Option(
-            "--pulses", min=1, help="Pulses per revolution: the channel of --speed is a train of pulses."
-        ),
-    ] = None,
+    pulses: Pulses = None,
     teeth: Annotated[
         int | None,
         typer.Option("--teeth", min=3, help="Teeth of the gear on the shaft of --speed, for its indicators."),
@@ -58,14 +53,7 @@ def analyze(
     sampling: Annotated[
         str | None, typer.Option("--sampling", help="Sampling rate of a file without one: 12.8kHz.")
     ] = None,
-    units: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--unit",
-            metavar="NAME=UNIT",
-            help="Unit of a channel without one. May be repeated.",
-        ),
-    ] = None,
+    units: Units = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder of the figures; no figures by default.")
     ] = None,

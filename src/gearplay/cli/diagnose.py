@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from gearplay.cli.options import Pulses, Units, si_number
 from gearplay.cli.output import Json, print_json, print_text
 
 LISTED = 3
@@ -33,12 +34,7 @@ def diagnose(
             "--speed", help='Speed of the first shaft, within 2 %: "1797 rpm", a channel or a scalar.'
         ),
     ] = None,
-    pulses: Annotated[
-        int | None,
-        typer.Option(
-            "--pulses", min=1, help="Pulses per revolution: the channel of --speed is a train of pulses."
-        ),
-    ] = None,
+    pulses: Pulses = None,
     healthy: Annotated[
         Path | None, typer.Option("--healthy", help="Record of the same machine without damage.")
     ] = None,
@@ -48,9 +44,7 @@ def diagnose(
     sampling: Annotated[
         str | None, typer.Option("--sampling", help="Sampling rate of a file without one: 12kHz.")
     ] = None,
-    units: Annotated[
-        list[str] | None, typer.Option("--unit", metavar="NAME=UNIT", help="Unit of a channel without one.")
-    ] = None,
+    units: Units = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder of result and picture; none by default.")
     ] = None,
@@ -63,7 +57,6 @@ def diagnose(
     """
     import gearplay as gp
     from gearplay.cli.analyze import record_in, speed_of, units_of
-    from gearplay.cli.options import si_number
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.files.json_text import finite
     from gearplay.pictures.canvas import to_png

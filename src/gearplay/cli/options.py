@@ -21,6 +21,16 @@ Changes = Annotated[
         "--set", metavar="PATH=VALUE", help="Change the case: --set meshes.0.backlash=200um. May be repeated."
     ),
 ]
+Pulses = Annotated[
+    int | None,
+    typer.Option(
+        "--pulses", min=1, help="Pulses per revolution: the channel of --speed is a train of pulses."
+    ),
+]
+Units = Annotated[
+    list[str] | None,
+    typer.Option("--unit", metavar="NAME=UNIT", help="Unit of a channel without one. May be repeated."),
+]
 Period = Annotated[str, typer.Option("--period", help="common, mesh, shaft, or a time: 25ms.")]
 
 OPTIONS: Final = {

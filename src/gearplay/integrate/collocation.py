@@ -122,9 +122,8 @@ def attempt_implicit(system: System, run: Run, h: float) -> int:
             break
         if not onward:
             return 1
-        onward = (
-            numbers[AGE] > 0
-        )  # with a new Jacobian, and then without a polynomial: of vibrations it is far off
+        # With a new Jacobian, and then without a polynomial: of vibrations it is far off.
+        onward = numbers[AGE] > 0
         kept.sizes[CONTRACTION] = WORST
         predict(system, run, h, onward)
         if differentiate(system, run, t, h) != 0:

@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.toothing.gear import inv
+
 Floats = NDArray[np.float64]
 Gear = Mapping[str, Any]
 Mechanism = Mapping[str, Any]
@@ -34,7 +36,7 @@ def outline(gear: Gear, gap: float = 0.0) -> Floats:
     root = r - (gear["addendum"] if internal else gear["dedendum"]) * m
     half = math.pi / (2 * z) + gear["shift"] + (1.0 if internal else -1.0) * gap / (4.0 * r)
     rho = np.linspace(max(root, base), tip, FLANK)
-    at = half + _involute(alpha) - (np.tan(slope := np.arccos(np.minimum(1.0, base / rho))) - slope)
+    at = half + inv(alpha) - (np.tan(slope := np.arccos(np.minimum(1.0, base / rho))) - slope)
     at = np.maximum(at, 0.02 / z)
     if root < base:
         rho, at = np.r_[root, rho], np.r_[at[0], at]
@@ -43,10 +45,6 @@ def outline(gear: Gear, gap: float = 0.0) -> Floats:
     radius = np.tile(np.r_[rho, rho[::-1]], z)
     points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
     return np.vstack([points, points[:1]])
-
-
-def _involute(angle: float) -> float:
-    return math.tan(angle) - angle
 
 
 def toward(a: Gear, b: Gear) -> float:

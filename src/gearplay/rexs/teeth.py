@@ -8,6 +8,8 @@ from typing import Any, Final
 from gearplay.rexs.notes import Notes
 from gearplay.rexs.records import Component, Gearbox, refused
 from gearplay.rexs.text import quantity
+from gearplay.toothing.gear import DrawnGear, inv
+from gearplay.toothing.pair import GearPair
 from gearplay.vocabulary import quantities as q
 
 SPUR: Final = math.radians(1e-6)
@@ -25,19 +27,6 @@ FIELDS_3964: Final = (
 QUALITIES: Final = (
     "tolerance_class_according_to_iso_1328_2013", "accuracy_grade_iso_1328", "quality_din_3961", "gear_quality",
 )  # fmt: skip
-
-
-def involute(angle: float) -> float:
-    """Return tan x - x."""
-    return math.tan(angle) - angle
-
-
-def _involute_angle(value: float) -> float:
-    """Return the angle of an involute function by Newton's method; ``value`` is positive."""
-    angle: float = min((3.0 * value) ** (1.0 / 3.0), 1.3)
-    for _ in range(50):
-        angle -= (involute(angle) - value) / math.tan(angle) ** 2
-    return angle
 
 
 @dataclass
@@ -223,7 +212,7 @@ def pair_of(
     if distance == 0.0:
         raise refused(str(stage), "must have a centre distance that is not 0", "Correct it, or remove it")
     if distance is None:
-        distance = placed if placed else _reference_distance(first, second)
+        distance = placed if placed else abs(_drawn(first, second).reference_distance)
         notes.assume(
             f"{stage} has no centre distance in the file: {1e3 * distance:.7g} mm, from {'positions' if placed else 'teeth'}"
         )
@@ -237,22 +226,25 @@ def pair_of(
     return pair
 
 
-def _reference_distance(first: Gear, second: Gear) -> float:
-    return abs(
-        sum((-1.0 if each.internal else 1.0) * 0.5 * each.reference_diameter for each in (first, second))
+def _drawn(*gears: Gear) -> GearPair:
+    """Return a pair by its shifts, of which missing ones count 0, a ring second; its distance is not set."""
+    first, second = (
+        DrawnGear(
+            teeth=each.teeth,
+            module=each.module,
+            pressure_angle=each.pressure_angle,
+            helix_angle=abs(each.helix),
+            internal=each.internal,
+            profile_shift=each.shift or 0.0,
+        )
+        for each in sorted(gears, key=lambda each: each.internal)
     )
+    return GearPair(first, second, math.nan)
 
 
 def zero_backlash_distance(first: Gear, second: Gear) -> float:
     """Return the centre distance [m] at which a pair has no backlash, nan where there is none; missing shifts count 0."""
-    teeth = [(-each.teeth if each.internal else each.teeth) for each in (first, second)]
-    # With negative teeth and shifts of a ring (ISO 21771) one formula holds for both kinds.
-    shifts = [(-1.0 if each.internal else 1.0) * (each.shift or 0.0) for each in (first, second)]
-    transverse = math.atan(math.tan(first.pressure_angle) / math.cos(first.helix))
-    value = 2.0 * sum(shifts) * math.tan(first.pressure_angle) / sum(teeth) + involute(transverse)
-    if value <= 0.0:
-        return math.nan
-    return _reference_distance(first, second) * math.cos(transverse) / math.cos(_involute_angle(value))
+    return _drawn(first, second).shifted_distance
 
 
 def _shifts(pair: Pair, notes: Notes) -> None:
@@ -288,16 +280,14 @@ def _signed(gear: Gear) -> float:
 
 def _sum_of_shifts(pair: Pair) -> float:
     """Return the sum of shifts at which the pair has no backlash at its centre distance, a ring's negative (ISO 21771)."""
-    first, second = pair.first, pair.second
-    transverse = math.atan(math.tan(first.pressure_angle) / math.cos(first.helix))
-    cosine = _reference_distance(first, second) * math.cos(transverse) / pair.distance
+    drawn = _drawn(pair.first, pair.second)
+    cosine = drawn.least_distance / pair.distance
     if not 0.0 < cosine < 1.0:
         rule = f"has a centre distance, {1e3 * pair.distance:.6g} mm, at which its involutes cannot touch"
         raise refused(str(pair.stage), rule, "Correct it in the program that wrote the file")
-    teeth = sum(-each.teeth if each.internal else each.teeth for each in (first, second))
-    return (
-        (involute(math.acos(cosine)) - involute(transverse)) * teeth / (2.0 * math.tan(first.pressure_angle))
-    )
+    teeth = sum(each.sign * each.teeth for each in (drawn.first, drawn.second))
+    opened = inv(math.acos(cosine)) - inv(drawn.first.transverse_angle)
+    return opened * teeth / (2.0 * math.tan(drawn.first.pressure_angle))
 
 
 def _allowance(box: Gearbox, pair: Pair) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.record import Channel
+from gearplay.parts.bearing.geometry import pass_orders
 from gearplay.signals.checks import check_count, check_positive, check_real, refuse
 from gearplay.signals.envelopes import envelope_spectrum
 
@@ -77,10 +78,8 @@ def bearing_orders(
     if pitch_diameter * math.sin(math.pi / elements) <= diameter * (1.0 - 1e-9):
         rule = f"must hold {elements} elements of {diameter:g} m beside each other"
         refuse("pitch_diameter", pitch_diameter, rule, "Check the three numbers and their units")
-    ratio = diameter / pitch_diameter
-    g = ratio * math.cos(contact_angle)
-    cage = 0.5 * (1.0 - g)
-    return BearingOrders(cage, elements * cage, elements * 0.5 * (1.0 + g), 0.5 * (1.0 - g * g) / ratio)
+    orders = pass_orders(elements, diameter / pitch_diameter, contact_angle)
+    return BearingOrders(orders.cage, orders.outer, orders.inner, orders.spin)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.vocabulary.arguments import Whole
 from gearplay.vocabulary.errors import Fault, InputError
 
 LONGEST: Final = 1e6
@@ -29,9 +30,8 @@ def check_names(name: str, given: Any) -> None:
 
 def check_count(name: str, given: Any, most: int, low: int = 1) -> None:
     """Raise `InputError` for what is no whole number from ``low`` to ``most``."""
-    whole = isinstance(given, (int, np.integer)) and not isinstance(given, bool)
-    if not whole or not low <= given <= most:
-        raise InputError(Fault(name, given, f"must be a whole number from {low} to {most}", "Change it"))
+    if rule := Whole(low, most).fault(given):
+        raise InputError(Fault(name, given, rule, "Change it"))
 
 
 def checked_inputs(u: Any, *shapes: tuple[int, ...]) -> NDArray[np.float64]:

@@ -180,3 +180,11 @@ def test_fields_change_by_path_and_read_back() -> None:
     assert found.internal_clearance == pytest.approx(32e-6)
     assert gp.load_case(changed.resolved()) == changed
     assert "bearings" not in gp.load_case("han2021").resolved(), "digests of other cases stay"
+
+
+def test_spin_of_an_inclined_contact() -> None:
+    """Pure rolling on the outer raceway: spin over the cage's speed is (d_m / 2 + D cos(a) / 2) over D / 2, about its axis."""
+    ratio, angle = 0.2, math.radians(40.0)
+    orders = pass_orders(12, ratio, angle)
+    assert orders.spin == pytest.approx(orders.cage * (1.0 + ratio * math.cos(angle)) / ratio, rel=1e-14)
+    assert orders.outer + orders.inner == pytest.approx(12.0, rel=1e-15)

@@ -17,20 +17,21 @@ class PassOrders(NamedTuple):
     spin: float
 
 
-def pass_orders(elements: int, ratio: float) -> PassOrders:
-    """Return the orders of pure rolling; ``ratio`` is D cos(contact angle) / d_m.
+def pass_orders(elements: int, ratio: float, contact_angle: float = 0.0) -> PassOrders:
+    """Return the orders of pure rolling; ``ratio`` is D / d_m.
 
-    T. A. Harris, Rolling Bearing Analysis: FTF = (1 - g)/2, BPFO = Z (1 - g)/2, BPFI = Z (1 + g)/2,
-    BSF = d_m/(2 D) (1 - g^2), here with D / d_m = g.
+    T. A. Harris, Rolling Bearing Analysis, with g = D cos(contact angle) / d_m: FTF = (1 - g)/2, BPFO = Z (1 - g)/2,
+    BPFI = Z (1 + g)/2, BSF = d_m/(2 D) (1 - g^2).
 
     >>> [round(order, 9) for order in pass_orders(8, 0.3125 / 1.319)]
     [0.381539045, 3.052312358, 4.947687642, 1.991939045]
     """
+    g = ratio * math.cos(contact_angle)
     return PassOrders(
-        cage=0.5 * (1.0 - ratio),
-        outer=0.5 * elements * (1.0 - ratio),
-        inner=0.5 * elements * (1.0 + ratio),
-        spin=0.5 / ratio * (1.0 - ratio * ratio),
+        cage=0.5 * (1.0 - g),
+        outer=0.5 * elements * (1.0 - g),
+        inner=0.5 * elements * (1.0 + g),
+        spin=0.5 / ratio * (1.0 - g * g),
     )
 
 

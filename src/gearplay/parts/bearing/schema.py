@@ -178,7 +178,7 @@ class Bearing(Holder):
     @property
     def orders(self) -> PassOrders:
         """Pass orders per turn of the inner ring against the outer."""
-        return pass_orders(self.elements, self.ratio)
+        return pass_orders(self.elements, self.element_size / self.pitch_size, self.contact_angle)
 
     def clearance(self) -> float:
         """Return half the internal clearance [m], 0 with preload."""
