@@ -46,7 +46,7 @@ def test_provenance__has_the_count_and_the_errors_of_the_best_trial(model: str) 
 
 @pytest.mark.slow
 def test_trials__agree_with_their_points_within_standard_errors() -> None:
-    """Three members of a chaotic motion differ by their spread: 0.67 standard errors of the difference in the median, if normal."""
+    """Three members of a chaotic motion differ by their spread: 0.67 standard errors of the difference in the median."""
     kept, problem = FIRST[:8], Problem(PLAN, PLAN.models[0])
     logs, errors = COMPARISON.logs_of(kept)
     again, errors_again = COMPARISON.logs_of([problem.run(trial.number, trial.unit) for trial in kept])
