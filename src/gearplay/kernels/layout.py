@@ -225,7 +225,7 @@ LAST_TURN, LAST_COSINE_1, LAST_SINE = (
     30,
     31,
 )  # behind the longest scratch, that of `mesh_geometry`: `rotation`
-OUT_SIZE = 32
+OUT_SIZE = 44
 MEMORY = 12  # of the longest memory: `elements.mesh`
 
 # Columns of a sampled row, per rotor.

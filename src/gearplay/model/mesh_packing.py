@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gearplay.model import geometry
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
+from gearplay.model.pair_packing import pack_pairs
 from gearplay.model.phases import starting_phases
 from gearplay.parts.assembly import Assembly, Contact, blank
 from gearplay.parts.mesh import flank, tooth_stiffness
@@ -23,6 +24,10 @@ if TYPE_CHECKING:
     from gearplay.parts.mesh.schema import Damping
 
 Floats = NDArray[np.float64]
+
+
+PAIR_ORDER = 4.0
+"""Order per mesh period that a step resolves where pairs of teeth have contacts of their own."""
 
 
 def damping_maximum(case: "Case", j: int, stiffness: PackedStiffness) -> float:
@@ -147,7 +152,10 @@ def pack_meshes(
         m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
         series, m.u_series = involute_series(geometry.pair_of(case, j).working_angle)
         involutes.append(series)
-        if k.kind == tooth_stiffness.STIFFNESS_SPLINE:
+        pack_pairs(case, j, m, spline)
+        if m.pairs > 0:
+            pass
+        elif k.kind == tooth_stiffness.STIFFNESS_SPLINE:
             m.stiffness_start, m.stiffness_count = len(spline), len(k.rows)
             spline.extend(k.rows.tolist())
         else:
@@ -160,12 +168,15 @@ def pack_meshes(
         m.highest_order = max([1.0, k.highest_order, *(float(e.order) for e in mesh.transmission_error)])
         m.C_m, m.depth = damping_maximum(case, j, k), depths[j]
         m.inv_depth = 1.0 / m.depth
+        if m.pairs > 0:
+            m.highest_order = max([PAIR_ORDER, *(float(e.order) for e in mesh.transmission_error)])
         m.ramp = _damping_law(mesh.damping)
         # The formulation as_published has one force, (19): the drive branch goes first.
         flanks = [
             Contact("drive"),
             Contact("back", yields_to=0 if case.formulation == "as_published" else None),
         ]
+        flanks += [Contact(f"{side}-{slot}") for side in ("drive", "back") for slot in range(m.pairs)]
         edges = int(k.kind == tooth_stiffness.STIFFNESS_SQUARE)
         slides = int(mesh.friction_coefficient > 0.0)
         mobility = sum(

@@ -23,6 +23,9 @@ G_RATE, COS_PSI, SIN_PSI, E_X, E_Y, DISTANCE_RATE, ERROR_RATE = range(18, 25)
 # speed squared of the toothing centre of b against that of a, 1/A, dg/dtheta [m] of the carrier that turns a fixed line, opening
 # c0 (inv(alpha_w) - inv(alpha_0)) [m].
 SPEED_SQUARED, INV_A, BY_FRAME, OPENING = range(25, 29)
+# Behind `kernels.carrier_motion`'s, of pairs of teeth: rotation of the line of centres from its nominal direction [rad], its rate and
+# the absolute speeds of the first (external) and the second gear [rad/s]; sums over the pairs, `gearplay.parts.mesh.pairs.forces`.
+PHI, PHI_RATE, SPIN_1, SPIN_2, PULL_A, PULL_1, PULL_2, PAIRS_LOST, PAIRS_PUT_IN = range(32, 41)
 
 # Slots of a mesh's memory, each the first of an (angle, cosine, sine): toothings of a and b, psi; how far the reference of
 # phi has followed an orbiting gear.
@@ -216,6 +219,7 @@ def mesh_gaps(system: System, n: int, t: float, y: Floats, memory: Floats, out: 
         if memory[e, TURNED] != 0.0:
             c, sn = memory[e, TURNED + 1], memory[e, TURNED + 2]
             phi = memory[e, TURNED] + small_angle(c * across - sn * length, c * length + sn * across)
+        out[PHI] = phi
         w = roll - sigma * (mesh.rho_a + mesh.rho_b) * (frame_angle + phi)
         out[P_D], out[P_B] = w + error + s * opening, -w - error + s * opening - mesh.backlash
         out[B_T], out[ROLLED] = mesh.backlash - 2.0 * s * opening, w
@@ -255,7 +259,8 @@ def mesh_geometry(system: System, n: int, t: float, y: Floats, memory: Floats, o
     out[DISTANCE_RATE], out[SPEED_SQUARED] = A_rate, dvx * dvx + dvy * dvy
     if is_coupled(mesh):
         # d(phi)/dt counts from the fixed axes; the nominal turning of the frame is already in the roll.
-        phi_rate = (-dvx * e_y + dvy * e_x) * inv_A
+        out[PHI_RATE] = phi_rate = (-dvx * e_y + dvy * e_x) * inv_A
+        out[SPIN_1], out[SPIN_2] = (spin_b, spin_a) if s > 0.0 else (spin_a, spin_b)
         if mesh.frame >= 0:
             phi_rate -= system.rotors[mesh.frame].nominal_speed
         w_rate = roll_rate - sigma * (mesh.rho_a + mesh.rho_b) * phi_rate

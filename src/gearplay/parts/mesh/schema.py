@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -48,6 +48,31 @@ class Damping(Part):
         Literal["smooth", "literal"],
         Field(description="smooth: cubic ramp; literal: as Han et al. 2021 print it"),
     ] = "smooth"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_kind(cls, given: Any) -> Any:
+        """Take ``{ kind = "constant", value = C }`` for ``{ law = "constant", maximum = C }``."""
+        if not isinstance(given, dict) or "kind" not in given:
+            return given
+        rest = {name: value for name, value in given.items() if name not in ("kind", "value")}
+        if given["kind"] != "constant":
+            refuse([Problem(("kind",), 'must be "constant"', "Or give law, maximum or ratio, depth")])
+        clashing = rest.keys() & {"law", "maximum", "ratio"}
+        if clashing or "value" not in given:
+            rule = (
+                f"must not be given beside kind: {min(clashing)}" if clashing else "is required beside kind"
+            )
+            refuse(
+                [
+                    Problem(
+                        (min(clashing) if clashing else "value",),
+                        rule,
+                        'Write { kind = "constant", value = "500 N s/m" }',
+                    )
+                ]
+            )
+        return {**rest, "law": "constant", "maximum": given["value"]}
 
     @model_validator(mode="after")
     def _check(self) -> "Damping":
@@ -102,6 +127,20 @@ class Mesh(Part):
     ) = Field(default=None, exclude_if=is_absent)
     backlash: Backlash | None = None
     stiffness: Stiffness
+    contact: Annotated[
+        Literal["mesh", "pairs"],
+        Field(
+            description="mesh: one stiffness for all pairs of teeth in contact; pairs: each pair of teeth on its own",
+            exclude_if=lambda contact: contact == "mesh",
+        ),
+    ] = "mesh"
+    tip_contact: Annotated[
+        bool,
+        Field(
+            description="with pairs: whether corners of the tips touch before and after the path of contact",
+            exclude_if=lambda touches: touches,
+        ),
+    ] = True
     damping: Damping = Damping()
     transmission_error: Annotated[
         tuple[ErrorTerm, ...], Listed(0, 64, "terms of the static transmission error")

@@ -42,6 +42,8 @@ from gearplay.parts.mesh.geometry import (
     P_B_RATE,
     P_D,
     P_D_RATE,
+    PAIRS_LOST,
+    PAIRS_PUT_IN,
     PSI,
     PSI_RATE,
     ROLLED,
@@ -60,6 +62,12 @@ from gearplay.parts.mesh.geometry import (
 )
 from gearplay.parts.mesh.law.friction import add_friction, fill_sliding, friction_loss
 from gearplay.parts.mesh.law.record import BACK, DRIVE, KIND, SEGMENT, SHOWN
+from gearplay.parts.mesh.pairs.forces import (
+    add_pair_forces,
+    deepest_overlaps,
+    pairs_stay_open,
+    press_pairs,
+)
 from gearplay.parts.mesh.tooth_stiffness import mesh_stiffness, stiffness_slope
 
 
@@ -78,6 +86,9 @@ def contact_kinematics(system: System, n: int, t: float, y: Floats, branch: Bran
     if mesh_geometry(system, n, t, y, branch.memory, out) != 0:
         return 1
     mesh = system.records[KIND][n]
+    if mesh.pairs > 0:
+        press_pairs(system, n, branch, loads)
+        return 0
     segment = modes[mesh.mode + SEGMENT]
     if mesh.error_count == 0:
         fill_psi(mesh, branch.memory, out)
@@ -107,6 +118,9 @@ def apply_forces(
         return 1
     out, force = loads.out, loads.rotors
     mesh = system.records[KIND][n]
+    if mesh.pairs > 0:
+        add_pair_forces(system, n, loads)
+        return 0
     f_d, f_b = loads.contacts[mesh.contact + DRIVE, FORCE], loads.contacts[mesh.contact + BACK, FORCE]
     if f_d == 0.0 and f_b == 0.0:
         return 0
@@ -139,6 +153,8 @@ def stay_open(
     if mesh_geometry(system, n, t, y, branch.memory, out) != 0:
         return FAILS, 0.0
     mesh = system.records[KIND][n]
+    if mesh.pairs > 0:
+        return pairs_stay_open(system, n, t, y, branch, longest, out)
     if (out[P_D] >= 0.0 and out[P_D_RATE] > 0.0) or (out[P_B] >= 0.0 and out[P_B_RATE] > 0.0):
         return TOUCHES, 0.0
     A, c0 = out[DISTANCE], mesh.c0
@@ -234,6 +250,9 @@ def mesh_powers(system: System, n: int, y: Floats, branch: Branch, loads: Loads)
     damping takes; the rotors give F (p' - e') of it.
     """
     mesh, out, modes = system.records[KIND][n], loads.out, branch.modes
+    if mesh.pairs > 0:
+        press_pairs(system, n, branch, loads)
+        return out[PAIRS_LOST], out[PAIRS_PUT_IN]
     fill_psi(mesh, branch.memory, out)
     k_mesh = mesh_stiffness(mesh, system, out[PSI], out[COS_PSI], out[SIN_PSI], modes[mesh.mode + SEGMENT])
     k_slope = stiffness_slope(mesh, system, out[PSI], out[COS_PSI], out[SIN_PSI])
@@ -247,6 +266,14 @@ def mesh_powers(system: System, n: int, y: Floats, branch: Branch, loads: Loads)
     if mesh.friction > 0.0:
         lost += friction_loss(mesh, loads)
     return lost, put_in
+
+
+@compiled_inline
+def overlaps(system: System, n: int, out: Floats) -> tuple[float, float]:
+    """Return the penetrations [m] of both flanks of mesh n, its gaps found: of pairs of teeth those of the deepest ones."""
+    if system.records[KIND][n].pairs > 0:
+        return deepest_overlaps(system, n, out)
+    return out[P_D], out[P_B]
 
 
 @compiled_once
@@ -265,7 +292,8 @@ def observe(
         for column in range(SHOWN):
             row[at + column] = math.nan
         return
-    row[at], row[at + 1], row[at + 2], row[at + 3] = out[P_D], out[P_B], 0.0, 0.0
+    row[at], row[at + 1] = overlaps(system, n, out)
+    row[at + 2], row[at + 3] = 0.0, 0.0
     if acting:
         for flank in range(2):
             force = loads.contacts[k + flank, FORCE]
@@ -312,7 +340,8 @@ def show_free(
             for k in range(SHOWN):
                 shown[k, s] = math.nan
             continue
-        shown[0, s], shown[1, s], shown[2, s], shown[3, s] = out[P_D], out[P_B], 0.0, 0.0
+        shown[0, s], shown[1, s] = overlaps(system, n, out)
+        shown[2, s], shown[3, s] = 0.0, 0.0
         shown[4, s], shown[5, s], shown[6, s] = out[B_T], pressure_angle(mesh, out), out[DISTANCE]
         shown[7, s], shown[8, s], shown[9, s], shown[10, s] = out[ROLLED], state, 0.0, 0.0
     return True

@@ -11,6 +11,7 @@ from gearplay.parts.mesh.geometry import (
     FRESH,
     MESH,
 )
+from gearplay.parts.mesh.pairs.record import PAIR_FIELDS
 
 KIND = MESH
 RECORD = np.dtype(
@@ -65,6 +66,7 @@ RECORD = np.dtype(
         ("stiffness_count", "i8"),
         ("error_start", "i8"),
         ("error_count", "i8"),
+        *PAIR_FIELDS,
     ],
     align=True,
 )

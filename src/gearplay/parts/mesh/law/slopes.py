@@ -45,6 +45,25 @@ from gearplay.parts.mesh.geometry import (
 from gearplay.parts.mesh.law.forces import contact_kinematics, damping_rate
 from gearplay.parts.mesh.law.friction import SLIDING, lever_arms
 from gearplay.parts.mesh.law.record import BACK, EDGE, KIND, PAIR, PER_CONTACT, SEGMENT
+from gearplay.parts.mesh.pairs.slopes import (
+    PAIR_SLOPES,
+    add_pair_change,
+    linearise_pairs,
+    pair_crossing,
+)
+from gearplay.parts.mesh.slope_columns import (
+    DV_X,
+    DV_Y,
+    LA_X,
+    LA_Y,
+    LB_X,
+    LB_Y,
+    S_E_X,
+    S_E_Y,
+    S_PSI_RATE,
+    SPIN_A,
+    SPIN_B,
+)
 from gearplay.parts.mesh.tooth_stiffness import (
     harmonic_curvatures,
     harmonics,
@@ -52,9 +71,7 @@ from gearplay.parts.mesh.tooth_stiffness import (
     stiffness_slope,
 )
 
-# Columns of a mesh's row of slopes. Arms, direction of the line of centres, relative velocity of the toothing centres:
-LA_X, LA_Y, LB_X, LB_Y, S_E_X, S_E_Y, DV_X, DV_Y, SPIN_A, SPIN_B, S_PSI_RATE = range(11)
-# turns of the opening along and across, and of the roll; error by the phase;
+# Columns of a mesh's row of slopes behind those of `gearplay.parts.mesh.slope_columns`: turns of the opening along and across, and of the roll; error by the phase;
 BEND_E, BEND_N, BEND_MIXED, WIDEN, ERROR_1, ERROR_2 = range(11, 17)
 # of a carrier that turns a fixed line of action: dg/dtheta, its spin, n.D with D the vector of centres;
 S_BY_FRAME, SPIN_F, ALONG = range(17, 20)
@@ -68,7 +85,7 @@ GRIP, GRIP_SLOPE, Q_A, Q_B = range(4)
 COLUMNS = 4
 RUBBING = FLANK + 2 * FLANK_SLOPES
 S_LENGTH = RUBBING + 2 * COLUMNS
-SLOPES = S_LENGTH + 1
+SLOPES = max(S_LENGTH + 1, PAIR_SLOPES)
 
 
 @compiled_once
@@ -89,6 +106,9 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
     row[S_PSI_RATE] = out[PSI_RATE]
     row[DV_X] = y[vx_of(system, b)] - spin_b * out[ARM_B_Y] - (y[vx_of(system, a)] - spin_a * out[ARM_A_Y])
     row[DV_Y] = y[vy_of(system, b)] + spin_b * out[ARM_B_X] - (y[vy_of(system, a)] + spin_a * out[ARM_A_X])
+    if mesh.pairs > 0:
+        linearise_pairs(system, n, branch, loads, row)
+        return 0
     cos_psi, sin_psi = out[COS_PSI], out[SIN_PSI]
     _, _, row[ERROR_1] = harmonics(system.terms, mesh.error_start, mesh.error_count, cos_psi, sin_psi)
     _, row[ERROR_2] = harmonic_curvatures(system.terms, mesh.error_start, mesh.error_count, cos_psi, sin_psi)
@@ -195,6 +215,9 @@ def _flank_change(
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
     """Return what a change z changes in switch function s of mesh n and in its rate, and that rate."""
     mesh = system.records[KIND][n]
+    if mesh.pairs > 0:
+        d_x, d_y, v_x, v_y, psi, psi_rate = _mesh_changes(system, mesh, row, z)
+        return pair_crossing(system, n, s // PER_CONTACT, row, z, d_x, d_y, v_x, v_y, psi, psi_rate)
     if s >= EDGE:
         _, _, _, _, psi, psi_rate = _mesh_changes(system, mesh, row, z)
         return psi, psi_rate, row[S_PSI_RATE]
@@ -276,6 +299,10 @@ def add_change(
 ) -> None:
     """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in mesh n's forces."""
     mesh = system.records[KIND][n]
+    if mesh.pairs > 0:
+        d_x, d_y, v_x, v_y, psi, psi_rate = _mesh_changes(system, mesh, row, z)
+        add_pair_change(system, n, row, z, d_x, d_y, v_x, v_y, psi, psi_rate, force)
+        return
     a, b = mesh.a, mesh.b
     turn_a, turn_b = z[theta_of(a)], z[theta_of(b)]
     psi = z[theta_of(mesh.driver)]

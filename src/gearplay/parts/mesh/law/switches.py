@@ -43,6 +43,7 @@ from gearplay.parts.mesh.law.record import (
     SEGMENT,
     SENSE,
 )
+from gearplay.parts.mesh.pairs.record import FLANKS
 from gearplay.parts.mesh.tooth_stiffness import (
     STIFFNESS_SQUARE,
     square_edge,
@@ -75,6 +76,8 @@ def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
     """
     modes = branch.modes
     mesh = system.records[KIND][n]
+    if mesh.pairs > 0:
+        return -1.0
     first = next_pair_switch(mesh)
     if s > first:
         return sense_switch(mesh, s - first - 1, modes, loads.contacts)
@@ -133,6 +136,8 @@ def _settle_phase(system: System, n: int, t: float, y: Floats, modes: Ints, cont
 def initialise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set mesh n's own modes from the state alone, its rows of the contact table filled."""
     mesh = system.records[KIND][n]
+    if mesh.pairs > 0:
+        return
     depth = mesh.depth
     for flank in range(2):
         past = loads.contacts[mesh.contact + flank, PENETRATION] > depth
@@ -144,7 +149,7 @@ def initialise(system: System, n: int, t: float, y: Floats, branch: Branch, load
 def locate_kinks(system: System, n: int, located: bool, branch: Branch, loads: Loads, g: Floats) -> None:
     """Set modes and switches of the smooth ramps of mesh n's flanks by the penetrations in ``loads``."""
     mesh, modes = system.records[KIND][n], branch.modes
-    if mesh.C_m == 0.0 or mesh.ramp != RAMP_SMOOTH:
+    if mesh.C_m == 0.0 or mesh.ramp != RAMP_SMOOTH or mesh.pairs > 0:
         return
     for flank in range(2):
         slot, at = mesh.mode + flank, mesh.switch + PER_CONTACT * flank + PER_CONTACT - 1
@@ -161,6 +166,8 @@ def initialise_touch(
 ) -> None:
     """Set what the touch of contact k begins with: its ramp and sense, and what follows the phase if the mesh was open."""
     mesh = system.records[KIND][n]
+    if mesh.pairs > 0:
+        return
     modes = branch.modes
     flank = k - mesh.contact
     modes[mesh.mode + flank] = ON_RAMP
@@ -252,6 +259,13 @@ def may_return(
     modes, start, end = branch.modes, loads_0.contacts, loads.contacts
     mesh = system.records[KIND][n]
     at = mesh.switch + s
+    if mesh.pairs > 0:
+        k = mesh.contact + s // PER_CONTACT
+        if s % PER_CONTACT != PULL or s < EDGE or mesh.C_m == 0.0:
+            return False
+        if mesh.ramp == RAMP_CONSTANT:
+            return _may_change_constant(system, mesh, s, k, h, start, end, g_0, g_1, stages)
+        return g_0[at] < 0.0 and _may_change_pull(mesh, k, modes[k], start, end)
     if s > next_pair_switch(mesh):
         return False  # friction itself is continuous there
     if s >= EDGE:
@@ -272,10 +286,29 @@ def may_return(
     return rising > 0.0 and falling > 0.0 and g_0[at] + rising * h > 0.0 and g_1[at] + falling * h > 0.0
 
 
+@compiled_inline
+def jump_of_pairs(mesh: Any, before: Ints, modes: Ints) -> int:
+    """Return the touch switch of a pair of teeth whose force has just jumped, -1 for none.
+
+    With constant damping it jumps at a touch, at a hard end of the path also where contact ends.
+    """
+    constant = mesh.ramp == RAMP_CONSTANT and mesh.C_m > 0.0
+    hard = mesh.corners == 0 and mesh.fades == 0
+    for place in range(FLANKS, FLANKS + 2 * mesh.pairs):
+        k = mesh.contact + place
+        touches = before[k] == OPEN and modes[k] != OPEN
+        opens = before[k] != OPEN and modes[k] == OPEN
+        if (touches and (constant or hard)) or (opens and hard):
+            return int(PER_CONTACT * place)
+    return -1
+
+
 @compiled_once
 def jump(system: System, n: int, before: Ints, modes: Ints) -> int:
     """Return the switch at which mesh n's force has just jumped, by its modes before and now; -1 for none."""
     mesh = system.records[KIND][n]
+    if mesh.pairs > 0:
+        return jump_of_pairs(mesh, before, modes)
     k, found = mesh.contact, -1
     constant = mesh.ramp == RAMP_CONSTANT and mesh.C_m > 0.0
     if is_printed(mesh) or constant:

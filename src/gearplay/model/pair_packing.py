@@ -1,0 +1,122 @@
+"""Packing of pairs of teeth: geometry of both gears, stiffness over the path of contact, deviations, numbers of teeth."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model import geometry
+from gearplay.model.teeth_stiffness import stiffness_over_path
+from gearplay.parts.mesh.pairs.record import MOST, SPARE
+from gearplay.toothing.gear import DrawnGear, inv
+from gearplay.toothing.pair import GearPair
+from gearplay.toothing.path_stiffness import PathStiffness
+from gearplay.vocabulary.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from gearplay.model.case import Case
+
+Floats = NDArray[np.float64]
+
+
+def has_pairs(case: "Case", j: int) -> bool:
+    """Return whether mesh j has contacts of single pairs of teeth."""
+    return case.meshes[j].contact == "pairs"
+
+
+def pair_contacts(case: "Case", j: int) -> int:
+    """Return how many slots each flank of mesh j has for pairs of teeth, 0 without them."""
+    if not has_pairs(case, j):
+        return 0
+    reach = stiffness_over_path(case, j).reach
+    pair = geometry.pair_of(case, j)
+    slots = math.ceil((reach[1] - reach[0]) / pair.first.base_pitch) + SPARE
+    if slots > MOST:
+        rule = f"must be mesh where more than {MOST - SPARE} pairs of teeth are in contact at once"
+        raise InputError(Fault(f"meshes.{j}.contact", "pairs", rule, 'Take contact = "mesh"'))
+    return slots
+
+
+def _pack_gear(m: Any, ending: str, gear: DrawnGear, low: float, high: float) -> None:
+    tip = gear.tip
+    values = {
+        "base": gear.base_radius,
+        "tip": tip,
+        "tip_length": gear.length_to_tip,
+        "tip_involute": inv(math.acos(min(1.0, gear.base_radius / tip))),
+        "teeth": float(gear.teeth),
+        "relief": 0.0,
+        "relief_length": 1.0,
+        "relief_power": 1.0,
+        "low": low,
+        "high": high,
+        "toothing": -1,
+        "number": 0,
+    }
+    for name, value in values.items():
+        setattr(m, f"{name}_{ending}", value)
+
+
+def _half_angles(case: "Case", j: int, pair: GearPair) -> tuple[float, float]:
+    """Return the half angles of both gears at their base circles [rad]; what is left to the backlash is taken from both alike."""
+    thinner = 0.25 * (geometry.working_backlash(case, j) - pair.backlash)
+    first = pair.first.half_angle - thinner / pair.first.base_radius
+    second = pair.second.half_angle - pair.second.sign * thinner / pair.second.base_radius
+    return first, second
+
+
+def pack_pairs(case: "Case", j: int, m: Any, spline: list[list[float]]) -> None:
+    """Fill the fields of mesh j's record for pairs of teeth; add their stiffness to the pieces of curves."""
+    slots = pair_contacts(case, j)
+    m.pairs = slots
+    if slots == 0:
+        return
+    mesh, found = case.meshes[j], stiffness_over_path(case, j)
+    pair, working = found.pair, geometry.pair_of(case, j)
+    path, line = pair.path, pair.base_tangent
+    m.ring_drives = int(mesh.driver == geometry.ring_of(case, mesh))
+    m.base_pitch = pair.first.base_pitch
+    m.half_angle = _half_angles(case, j, working)[m.ring_drives]
+    m.shift = line if m.ring_drives else 0.0
+    low, high = found.reach
+    m.middle = 0.5 * (low + high)
+    m.fades = int(pair.overlap > 0.0)
+    m.corners = int(mesh.tip_contact and not m.fades)
+    m.start, m.end = (-math.inf, math.inf) if m.corners else (low, high)
+    ends_2 = (line + path.start, line + path.end) if pair.internal else (line - path.end, line - path.start)
+    _pack_gear(m, "1", pair.first, path.start, path.end)
+    _pack_gear(m, "2", pair.second, *(ends_2 if not pair.internal else ends_2[::-1]))
+    rows, m.stiffest = pair_table(found)
+    m.stiffness_start, m.stiffness_count = len(spline), len(rows)
+    spline.extend(rows.tolist())
+
+
+NODES = 32
+"""Pieces of the path of contact over which stiffness that is no polynomial is interpolated."""
+
+
+def pair_table(found: PathStiffness) -> tuple[Floats, float]:
+    """Return the stiffness of one pair of teeth over its place [m] as rows (start, c0..c3), the last one its end; and the largest.
+
+    Of ISO 6336-1 the pieces are exact; of the potential energy shape-preserving cubics.
+    """
+    low, high = found.reach
+    shift = found.pair.overlap
+    if found.method == "potential-energy":
+        from scipy.interpolate import PchipInterpolator
+
+        knots = np.linspace(low, high, NODES + 1)
+        curve = PchipInterpolator(knots, found.held(knots))
+        rows = np.column_stack([knots[:-1], curve.c[::-1].T])
+    else:
+        path, half = found.pair.path, 0.5 * shift
+        ends = {low, high, path.start + half, path.start - half, path.end - half, path.end + half}
+        knots = np.array(sorted(ends)) if shift > 0.0 else np.array([low, high])
+        widths = np.diff(knots)
+        at = knots[:-1, None] + widths[:, None] * np.array([0.0, 1.0, 2.0, 3.0]) / 3.0
+        by_power = np.linalg.inv(np.vander(np.array([0.0, 1.0, 2.0, 3.0]) / 3.0, 4, increasing=True))
+        pieces = found.held(at.ravel()).reshape(at.shape) @ by_power.T / widths[:, None] ** np.arange(4)
+        rows = np.column_stack([knots[:-1], pieces])
+    largest = float(np.max(found.held(np.linspace(low, high, 401))))
+    return np.vstack([rows, [knots[-1], 0.0, 0.0, 0.0, 0.0]]), largest

@@ -1,0 +1,303 @@
+"""Overlap of one pair of teeth at the actual centres: flank on flank, or a tip's corner on the other flank.
+
+Places rho_1, rho_2 count along the line of action from the base tangent points T1, T2: rho_1 + rho_2 = L - g of an external pair and
+rho_2 = rho_1 + L + g of an internal one, L = a sin(alpha_w), g the gap of the involutes. Where a tip would lie beyond its circle, its
+corner P at (R, gamma) about the other gear is the point that would touch: g = r_b (gamma - zeta + inv(alpha_R)), zeta the half angle
+of that flank at its base circle; involutes of one base circle are parallel curves, so that this is the distance, and its gradient by P
+the unit normal n = (-sin tau, cos tau), tau = gamma - alpha_R. Along t = (cos tau, sin tau) n turns by t.dP / l, l = R sin(alpha_R).
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from gearplay.kernels.arrays import Floats
+from gearplay.kernels.compiled import compiled_inline
+from gearplay.kernels.layout import System
+from gearplay.parts.mesh.geometry import (
+    DISTANCE,
+    DISTANCE_RATE,
+    OPENING,
+    P_D,
+    P_D_RATE,
+    PHI,
+    PHI_RATE,
+    PSI,
+    ROLLED,
+    SIN_W,
+    SPIN_1,
+    SPIN_2,
+)
+
+
+class Pair(NamedTuple):
+    """One pair of teeth at a state: what touches where, and derivatives of its overlap by the distance A of the centres [m] and the
+    angles a_1, a_2 of both gears against the line of centres, in the sense of the flank.
+    """
+
+    p: float  # m, overlap
+    penetration: float  # m, the less of it and what `STEEP` allows near a hard end
+    edge: float  # its slope there by the place on the first gear's path, else 0
+    place: float  # m, of the driver's flank, as on the first gear's path
+    touching: int
+    by_a: float
+    p_1: float  # m
+    p_2: float  # m
+    bend_aa: float  # second derivatives by A A, A z, z z; z the angle of the gear whose tip touches
+    bend_az: float
+    bend_zz: float
+    by_1: float  # slopes of the deviations by the places on both paths, and their curvatures [1/m]
+    by_2: float
+    dev_1: float
+    dev_2: float
+    length: float  # m, l of a corner
+
+
+TWO_PI = 2.0 * math.pi
+BEYOND = 0.8
+"""Base pitches beyond the path within which corners are followed."""
+INTERFERING = 0.5
+"""Base pitches before T1 within which teeth that interfere go on touching as involutes."""
+FAR = 0.1
+"""Gap in base pitches of a pair farther away."""
+STEEP = 0.01
+"""Penetration over the way within a hard end of the path, by which contact begins and ends there."""
+ON_FLANK, TIP_OF_1, TIP_OF_2, AWAY = 0, 1, 2, 3
+
+
+@compiled_inline
+def sense(mesh: Any, flank: int) -> float:
+    """Return 1 where a flank is on the counter-clockwise side of the first gear's teeth, else -1."""
+    return float(mesh.sigma * (1.0 - 2.0 * flank))
+
+
+@compiled_inline
+def place_of_pair(mesh: Any, out: Floats, flank: int, slot: int, alpha: float) -> tuple[float, int]:
+    """Return the place of the pair in a slot on the driver's path [m], and its number; alpha_w [rad].
+
+    A tooth of the driver is on the line of centres where mesh phase and phi are 0, of a ring the middle of a space half a pitch on.
+    """
+    teeth, base = mesh.teeth_1, mesh.base_1
+    offset = 0.0
+    if mesh.ring_drives == 1:
+        teeth, base, offset = mesh.teeth_2, mesh.base_2, 0.5
+    pitches = sense(mesh, flank) * (out[PSI] - teeth * out[PHI]) / TWO_PI + offset
+    first = mesh.base_pitch * pitches + base * (mesh.half_angle + alpha)
+    ahead = (first - mesh.shift - mesh.middle) / mesh.base_pitch + slot
+    turns = math.floor((ahead + 0.5 * mesh.pairs) / mesh.pairs)
+    number = int(slot - mesh.pairs * turns)
+    return first + number * mesh.base_pitch, number
+
+
+@compiled_inline
+def teeth_of_pair(mesh: Any, flank: int, number: int) -> tuple[int, int]:
+    """Return the numbers, counter-clockwise, of the teeth of both gears in pair ``number`` of a flank."""
+    forwards = sense(mesh, flank) > 0.0
+    if mesh.s < 0.0:
+        one, other = (number, -number - 1) if forwards else (-number, number)
+    elif mesh.ring_drives == 1:
+        one, other = (number, number + 1) if forwards else (-number - 1, -number - 1)
+    else:
+        one, other = (number, number) if forwards else (-number, -number - 1)
+    return (one + mesh.number_1) % int(mesh.teeth_1), (other + mesh.number_2) % int(mesh.teeth_2)
+
+
+@compiled_inline
+def relief(
+    amount: float, length: float, power: float, tip: float, toward: float, place: float
+) -> tuple[float, float, float]:
+    """Return tip relief [m] at a place [m] of a flank's path, its slope and curvature; ``toward`` 1 where the tip is at higher
+    places.
+    """
+    if amount == 0.0:
+        return 0.0, 0.0, 0.0
+    into = toward * (place - tip) / length + 1.0
+    if into <= 0.0:
+        return 0.0, 0.0, 0.0
+    if into >= 1.0:
+        return amount, 0.0, 0.0
+    if power == 1.0:
+        return amount * into, toward * amount / length, 0.0
+    return amount * into * into, toward * 2.0 * amount * into / length, 2.0 * amount / (length * length)
+
+
+@compiled_inline
+def tooth_deviation(
+    system: System, first: int, tooth: int, side: int, low: float, high: float, place: float
+) -> tuple[float, float, float]:
+    """Return material missing on one flank of a tooth [m] at a place [m] of its path, its slope and curvature.
+
+    Rows of `System.terms`, two a tooth, clockwise flank first: pitch, slope, form [m]; dev = pitch + slope (x - 1/2) + form sin(pi x).
+    """
+    if first < 0:
+        return 0.0, 0.0, 0.0
+    row = system.terms[first + 2 * tooth + side]
+    x, by = (place - low) / (high - low), 1.0 / (high - low)
+    if x <= 0.0 or x >= 1.0:
+        x, by = min(max(x, 0.0), 1.0), 0.0
+    angle = math.pi * x
+    form = row[2] * math.sin(angle)
+    slope = by * (row[1] + math.pi * row[2] * math.cos(angle))
+    return row[0] + row[1] * (x - 0.5) + form, slope, -math.pi * math.pi * by * by * form
+
+
+@compiled_inline
+def deviations(
+    mesh: Any, system: System, flank: int, number: int, rho_1: float, rho_2: float
+) -> tuple[float, float, float, float, float]:
+    """Return the material missing on both flanks of a pair [m], its slopes by both places and its curvatures."""
+    found, by_1, bend_1 = relief(
+        mesh.relief_1, mesh.relief_length_1, mesh.relief_power_1, mesh.tip_length_1, 1.0, rho_1
+    )
+    toward = -mesh.s
+    other, by_2, bend_2 = relief(
+        mesh.relief_2, mesh.relief_length_2, mesh.relief_power_2, mesh.tip_length_2, toward, rho_2
+    )
+    found += other
+    if mesh.toothing_1 >= 0 or mesh.toothing_2 >= 0:
+        one, two = teeth_of_pair(mesh, flank, number)
+        ahead = 1 if sense(mesh, flank) > 0.0 else 0
+        of_1, slope_1, curve_1 = tooth_deviation(
+            system, mesh.toothing_1, one, ahead, mesh.low_1, mesh.high_1, rho_1
+        )
+        side = ahead if mesh.s < 0.0 else 1 - ahead
+        of_2, slope_2, curve_2 = tooth_deviation(
+            system, mesh.toothing_2, two, side, mesh.low_2, mesh.high_2, rho_2
+        )
+        found += of_1 + of_2
+        by_1, by_2, bend_1, bend_2 = by_1 + slope_1, by_2 + slope_2, bend_1 + curve_1, bend_2 + curve_2
+    return found, by_1, by_2, bend_1, bend_2
+
+
+@compiled_inline
+def stiffness_at(mesh: Any, system: System, place: float) -> tuple[float, float]:
+    """Return stiffness of a pair [N/m] at a place on the first gear's path [m] and its slope, beyond the table those of its ends."""
+    first, last = mesh.stiffness_start, mesh.stiffness_start + mesh.stiffness_count - 1
+    row = first
+    while row < last - 1 and system.spline[row + 1, 0] <= place:
+        row += 1
+    x = place - system.spline[row, 0]
+    longest = system.spline[row + 1, 0] - system.spline[row, 0]
+    held = x < 0.0 or x > longest
+    x = min(max(x, 0.0), longest)
+    c = system.spline[row]
+    slope = 0.0 if held else c[2] + x * (2.0 * c[3] + 3.0 * x * c[4])
+    return c[1] + x * (c[2] + x * (c[3] + x * c[4])), slope
+
+
+@compiled_inline
+def corner(
+    A: float, base: float, zeta: float, tip: float, z: float, sign_a: float, q: float, side: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Return gap [m] of a corner at angle z [rad] of its gear from a flank at angle ``zeta`` of the other, and its derivatives.
+
+    P = (sign_a A + q tip cos z, q tip sin z) about the other gear; by A, by z, then second ones by A A, A z, z z. The last is l [m],
+    0 where P is within the base circle. ``side`` is -1 for the flank of a ring.
+    """
+    cosine, sine = math.cos(z), math.sin(z)
+    x, y = sign_a * A + q * tip * cosine, q * tip * sine
+    squared = x * x + y * y
+    rest = squared - base * base
+    if rest <= 1e-6 * base * base:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    length = math.sqrt(rest)
+    tangent = length / base
+    gap = side * base * (math.atan2(y, x) - zeta + tangent - math.atan(tangent))
+    c, s = (x * base + y * length) / squared, (y * base - x * length) / squared
+    along_a, along_z = sign_a * c, q * tip * (s * cosine - c * sine)
+    return (
+        gap,
+        -side * sign_a * s,
+        side * q * tip * (s * sine + c * cosine),
+        side * along_a * along_a / length,
+        side * along_a * along_z / length,
+        side * (along_z * along_z / length + along_z),
+        length,
+    )
+
+
+@compiled_inline
+def pair_overlap(mesh: Any, system: System, out: Floats, flank: int, slot: int) -> Pair:
+    """Return what one pair of teeth of a flank does, `mesh_gaps` found."""
+    s, A = mesh.s, out[DISTANCE]
+    L = out[SIN_W] * A
+    alpha = L / mesh.c0 - (mesh.inv_alpha0 + out[OPENING] / mesh.c0)
+    opened = s * out[OPENING]
+    g = -out[ROLLED] - opened if flank == 0 else out[ROLLED] - opened + mesh.backlash
+    place, number = place_of_pair(mesh, out, flank, slot, alpha)
+    if mesh.ring_drives == 1:
+        rho_1, rho_2 = place - g - L, place
+    elif s < 0.0:
+        rho_1, rho_2 = place, L - g - place
+    else:
+        rho_1, rho_2 = place, place + L + g
+    place -= mesh.shift
+    dev, by_1, by_2, dev_1, dev_2 = deviations(mesh, system, flank, number, rho_1, rho_2)
+    p = out[P_D + flank] - dev
+    sine = out[SIN_W]
+    by_a, p_1, p_2 = s * sine, mesh.base_1, -s * mesh.base_2
+    bend_aa, bend_az, bend_zz, length = s * mesh.c0 * mesh.c0 / (A * A * A * sine), 0.0, 0.0, 0.0
+    touching = ON_FLANK
+    inside = min(rho_1 - mesh.start, mesh.end - rho_1)
+    if mesh.corners == 1:
+        reach = BEYOND * mesh.base_pitch
+        beyond_1 = rho_1 - mesh.tip_length_1
+        beyond_2 = -s * (rho_2 - mesh.tip_length_2)
+        if beyond_2 > 0.0:
+            touching = TIP_OF_2 if beyond_2 < reach else AWAY
+        elif beyond_1 > 0.0:
+            touching = TIP_OF_1 if beyond_1 < reach else AWAY
+        if touching == TIP_OF_2:
+            zeta, z = rho_1 / mesh.base_1 - alpha, rho_2 / mesh.base_2 - alpha - mesh.tip_involute_2
+            gap, d_a, d_z, h_aa, h_az, h_zz, length = corner(A, mesh.base_1, zeta, mesh.tip_2, z, -s, s, 1.0)
+            if length > 0.0:
+                p += g - gap
+                by_a, p_1, p_2 = -d_a, mesh.base_1, -d_z
+                bend_aa, bend_az, bend_zz = -h_aa, -h_az, -h_zz
+        elif touching == TIP_OF_1:
+            zeta, z = rho_2 / mesh.base_2 - alpha, rho_1 / mesh.base_1 - alpha - mesh.tip_involute_1
+            gap, d_a, d_z, h_aa, h_az, h_zz, length = corner(A, mesh.base_2, zeta, mesh.tip_1, z, 1.0, s, -s)
+            if length > 0.0:
+                p += g - gap
+                by_a, p_1, p_2 = -d_a, -d_z, -s * mesh.base_2
+                bend_aa, bend_az, bend_zz = -h_aa, -h_az, -h_zz
+        if (touching != ON_FLANK and length == 0.0) or rho_1 < -INTERFERING * mesh.base_pitch:
+            touching = AWAY
+    elif inside < -BEYOND * mesh.base_pitch:
+        touching = AWAY
+    penetration, edge = p, 0.0
+    if touching == AWAY:
+        p = penetration = min(p, 0.0) - FAR * mesh.base_pitch
+    elif inside * STEEP < p:
+        penetration = inside * STEEP
+        edge = STEEP if rho_1 - mesh.start < mesh.end - rho_1 else -STEEP
+    return Pair(
+        p, penetration, edge, place, touching, by_a, p_1, p_2, bend_aa, bend_az, bend_zz, by_1, by_2, dev_1, dev_2, length
+    )  # fmt: skip
+
+
+@compiled_inline
+def turn_rates(mesh: Any, out: Floats, flank: int) -> tuple[float, float, float]:
+    """Return the rates of both gears' angles against the line of centres in a flank's sense, and d(alpha_w)/dt [rad/s]."""
+    m = sense(mesh, flank)
+    swing = mesh.c0 * out[DISTANCE_RATE] / (out[DISTANCE] * out[DISTANCE] * out[SIN_W])
+    return m * (out[SPIN_1] - out[PHI_RATE]), m * (out[SPIN_2] - out[PHI_RATE]), swing
+
+
+@compiled_inline
+def overlap_rate(mesh: Any, out: Floats, flank: int, pair: Pair) -> tuple[float, float, float, float]:
+    """Return dp/dt of a pair [m/s], that of its deviations alone, and the rates of its places on both paths [m/s]."""
+    turn_1, turn_2, swing = turn_rates(mesh, out, flank)
+    rate_1, rate_2 = mesh.base_1 * (turn_1 + swing), mesh.base_2 * (turn_2 + swing)
+    worn = pair.by_1 * rate_1 + pair.by_2 * rate_2
+    rate = out[P_D_RATE + flank] - worn
+    if pair.touching == TIP_OF_1 or pair.touching == TIP_OF_2:
+        by_a = pair.by_a - mesh.s * out[SIN_W]
+        by_turns = (pair.p_1 - mesh.base_1) * turn_1 + (pair.p_2 + mesh.s * mesh.base_2) * turn_2
+        rate += by_a * out[DISTANCE_RATE] + by_turns
+    return rate, worn, rate_1, rate_2
+
+
+@compiled_inline
+def penetration_rate(pair: Pair, rate: float, rate_1: float) -> float:
+    """Return the rate of a pair's penetration [m/s], dp/dt but near a hard end."""
+    return rate if pair.edge == 0.0 else pair.edge * rate_1

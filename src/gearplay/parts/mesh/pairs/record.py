@@ -1,0 +1,54 @@
+"""Fields of a mesh's packed record for pairs of teeth, and numbers of its contacts.
+
+The contacts of a mesh with pairs are its two flanks, then ``pairs`` slots of the drive flank and as many of the back flank. Teeth
+take the slots in turn: pair j has slot j modulo ``pairs``, and changes it far from contact. A flank touches while one of its pairs
+does.
+"""
+
+from typing import Final
+
+FLANKS: Final = 2
+SPARE: Final = 2
+"""Slots beyond the largest number of pairs between the ends of the path."""
+MOST: Final = 6
+"""Most slots of a flank."""
+TABLE_COLUMNS: Final = 5
+
+GEAR_FIELDS: Final = (
+    ("base", "f8"),  # m, base radius
+    ("tip", "f8"),  # m, tip radius
+    ("tip_length", "f8"),  # m, from the base tangent point to the tip circle
+    ("tip_involute", "f8"),  # rad, inv(alpha) at the tip circle
+    ("teeth", "f8"),
+    ("relief", "f8"),  # m, tip relief
+    ("relief_length", "f8"),  # m, along the flank's path
+    ("relief_power", "f8"),  # 1 linear, 2 parabolic
+    ("low", "f8"),  # m, lowest and highest place of contact on its path, in the direction of its tip
+    ("high", "f8"),
+    ("toothing", "i8"),  # first row of its deviations in System.terms, -1 for none
+    ("number", "i8"),  # of its tooth that is at, or next to, the line of centres where nothing has turned
+)
+"""Of each gear of the pair, the first external, with the endings ``_1`` and ``_2``."""
+
+PAIR_FIELDS: Final = (
+    ("pairs", "i8"),  # slots of each flank, 0 for one stiffness of the mesh
+    ("ring_drives", "i8"),
+    ("corners", "i8"),  # 1 where tips touch beyond the path
+    ("fades", "i8"),  # 1 where damping follows the stiffness of the pair, as along oblique lines of contact
+    ("base_pitch", "f8"),  # m
+    (
+        "half_angle",
+        "f8",
+    ),  # rad, of the driver's tooth, or space of a ring, at the base circle; backlash included
+    ("middle", "f8"),  # m, middle of the path of contact at the installed centres
+    (
+        "shift",
+        "f8",
+    ),  # m, from the place on the first gear's path to that on the driver's at the installed centres
+    ("start", "f8"),  # m, hard ends of the path, at which contact is lost without a corner
+    ("end", "f8"),
+    ("stiffest", "f8"),  # N/m
+    ("deviation_slope", "f8"),  # largest slope [1] and curvature [1/m] of the deviations over a flank's path
+    ("deviation_curvature", "f8"),
+    *((f"{name}_{gear}", form) for gear in (1, 2) for name, form in GEAR_FIELDS),
+)
