@@ -1,4 +1,5 @@
 """What every kind of element must hold, present and future: each test asks all kinds of `gearplay.parts.registry`.
+Meshes with pairs of teeth are a further kind here.
 
 The file ``test_KIND.py`` beside this one brings random mechanisms with an element of its kind, ``sample(rng)``, with
 ``plain=True`` without what a turn or a mirror would have to carry along; directions of its own that turn with the mechanism,
@@ -34,7 +35,7 @@ from gearplay.model.pack import Packed, pack
 from gearplay.parts import registry
 from gearplay.solver.flow import Flow
 
-KINDS = {kind.name: number for number, kind in enumerate(registry.KINDS)}
+KINDS = {kind.name: number for number, kind in enumerate(registry.KINDS)} | {"pairs": registry.MESH}
 KIND_FILES = {kind.name: kind.file for kind in registry.KINDS}
 every_kind = pytest.mark.parametrize("kind", KINDS)
 WITHOUT_CONTACTS = ("servo", "support", "excitation", "base", "positioner")
@@ -232,7 +233,7 @@ def test_forces_are_the_gradient_of_their_energy(kind: str, measured: Measured) 
     """Without damping the generalised forces are -dV/dq, V written apart from them."""
     potential = getattr(own(kind), "potential", None)
     if potential is None:
-        assert kind in ("servo", "excitation", "base", "positioner"), (
+        assert kind in ("servo", "excitation", "base", "positioner", "pairs"), (
             "an element without a potential must say so here"
         )
         return
@@ -370,14 +371,14 @@ def test_the_derivative_holds_through_events(kind: str, measured: Measured) -> N
 
 def test_dispatch_calls_the_law_of_the_kind_or_the_default() -> None:
     system = SimpleNamespace(
-        elements=[SimpleNamespace(kind=number, index=10 + number) for number in KINDS.values()]
+        elements=[SimpleNamespace(kind=number, index=10 + number) for number in range(len(KIND_FILES))]
     )
 
     def forcing_rate(system: Any, e: int, t: float, y: Any) -> float:
         return -1.0
 
     laws = SimpleNamespace(forcing_rate=lambda system, n, t, y: 100.0 * n)
-    kinds = [registry.Kind(name, KIND_FILES[name]) for name in KINDS]
+    kinds = [registry.Kind(name, file) for name, file in KIND_FILES.items()]
     for number, kind in enumerate(kinds):
         file: Any = SimpleNamespace(**vars(kind.file))
         file.__dict__.pop("forcing_rate", None)
