@@ -134,9 +134,9 @@ def draw_deviations(gear: DrawnGear, quality: int, rng: np.random.Generator) -> 
     """Return deviations drawn for a gear of a class.
 
     Of each flank, total cumulative and single-pitch deviation are uniform between half and all of their tolerances. The
-    positions are a sin(x + phase) + b w: an eccentricity, which moves both flanks, each at its own angle x, and a white error w of each
-    space, the same of both its flanks. The amplitudes a and b are such that both drawn deviations come out exactly. The slope of
-    the profile is uniform within its tolerance, its form a half wave of half its tolerance.
+    positions are a sin(x + phase) + b w: an eccentricity of the gear, with x the angle of each flank, and a white error w of
+    each space, the same of both its flanks. The amplitudes a and b are such that both drawn deviations come out exactly. The
+    slope of the profile is uniform within its tolerance, its form a half wave of half its tolerance.
 
     A gear is drawn anew until its runout is within its class. Few teeth cannot have a small single-pitch with a large cumulative
     deviation; of these the ranges are shortened to those that both parts can meet.
