@@ -1,4 +1,4 @@
-"""Random meshes with pairs of teeth for the tests of all elements; force against the energy of a constant stiffness of each pair."""
+"""Random meshes with pairs of teeth for the tests of all elements; their forces against the energy of constant stiffness."""
 
 import math
 

@@ -157,5 +157,6 @@ def _mesh(case: Case, j: int) -> Mesh:
         "stiffness": HarmonicStiffness(mean=pack_stiffness(case, j).average),
         "transmission_error": (),
         "friction_coefficient": 0.0,
+        "contact": "mesh",
     }
     return case.meshes[j].model_copy(update=changes)

@@ -51,10 +51,10 @@ def _mesh_faults(case: Case, j: int) -> Iterator[Fault]:
     if mesh.backlash is None and not is_drawn:
         yield Fault(mesh_path(case, j, "backlash"), NO_VALUE, "is required", "Add it")
         return
-    if not is_drawn and not isinstance(mesh.stiffness, TeethStiffness):
+    if not is_drawn and not isinstance(mesh.stiffness, TeethStiffness) and mesh.contact == "mesh":
         return
-    if case.formulation == "as_published" and is_drawn:
-        rule = "must be of full-depth spur teeth without shift as published"
+    if case.formulation == "as_published" and (is_drawn or mesh.contact == "pairs"):
+        rule = "must be of full-depth spur teeth without shift, in one contact, as published"
         yield Fault(mesh_path(case, j), mesh.label, rule, 'Take formulation = "geometric"')
         return
     (one, first), (other, second) = given.items()
@@ -64,7 +64,7 @@ def _mesh_faults(case: Case, j: int) -> Iterator[Fault]:
         yield Fault(_gear_path(case, other, "helix_angle"), shown, rule, "Give both gears the same one")
         return
     faults = [fault for name, gear in given.items() for fault in _gear_faults(case, j, name, gear)]
-    faults += [*_stiffness_faults(case, j, given)]
+    faults += [*_stiffness_faults(case, j, given), *_pair_faults(case, j, given)]
     yield from faults
     if not faults:
         yield from _distance_faults(case, j)
@@ -145,6 +145,53 @@ def _stiffness_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iter
             rule = f"must be iso6336 for undercut teeth, as those of {name} are"
             cure = f'Take method = "iso6336", or a profile_shift of {drawn.profile_shift + drawn.undercut:.3g} or more'
             yield Fault(mesh_path(case, j, "stiffness", "method"), "potential-energy", rule, cure)
+
+
+def _pair_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
+    """Refuse what pairs of teeth do not have, and deviations of gears in meshes without pairs."""
+    mesh = case.meshes[j]
+    if mesh.contact == "pairs":
+        if not isinstance(mesh.stiffness, TeethStiffness):
+            rule = 'must be "teeth" with contact = "pairs", which takes the stiffness of single pairs from the teeth'
+            cure = 'Write stiffness = { kind = "teeth", method = "iso6336" } and give both gears a facewidth'
+            yield Fault(mesh_path(case, j, "stiffness", "kind"), mesh.stiffness.kind, rule, cure)
+        if mesh.friction_coefficient > 0.0:
+            rule = 'must be 0 with contact = "pairs"'
+            yield Fault(
+                mesh_path(case, j, "friction_coefficient"),
+                mesh.friction_coefficient,
+                rule,
+                'Take contact = "mesh"',
+            )
+        if case.backlash_model != "coupled":
+            rule = 'must be mesh with backlash_model = "uncoupled", whose line of action does not follow the centres'
+            yield Fault(mesh_path(case, j, "contact"), "pairs", rule, 'Take backlash_model = "coupled"')
+    for name, gear in given.items():
+        for field in ("tip_relief", "quality", "deviations"):
+            if getattr(gear, field) is None:
+                continue
+            path = _gear_path(case, name, field)
+            if mesh.contact != "pairs":
+                rule = f'must not be given for a gear of mesh {mesh.label}, which has contact = "mesh"'
+                yield Fault(path, NO_VALUE, rule, 'Write contact = "pairs" in the mesh, or remove it')
+            elif gear.helix_angle:
+                rule = (
+                    "must not be given for helical gears, along whose lines of contact deviations would vary"
+                )
+                yield Fault(path, NO_VALUE, rule, "Remove it")
+        if gear.deviations is None:
+            continue
+        teeth = geometry.teeth_of(case, name)
+        for field in ("pitch", "slope", "form"):
+            count = len(getattr(gear.deviations, field))
+            if count not in (0, teeth):
+                rule = f"must have one item for each of the {teeth} teeth"
+                yield Fault(
+                    _gear_path(case, name, f"deviations.{field}"),
+                    f"{count} items",
+                    rule,
+                    "Add or remove items",
+                )
 
 
 def _distance_faults(case: Case, j: int) -> Iterator[Fault]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gearplay.model import geometry
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
 from gearplay.model.pair_packing import pack_pairs
-from gearplay.model.phases import starting_phases
+from gearplay.model.tooth_places import tooth_places
 from gearplay.parts.assembly import Assembly, Contact, blank
 from gearplay.parts.mesh import flank, tooth_stiffness
 from gearplay.parts.mesh import geometry as mesh_geometry
@@ -143,22 +143,21 @@ def pack_meshes(
     terms: list[list[float]] = []
     spline: list[list[float]] = []
     involutes: list[Floats] = []
-    phases = starting_phases(case, centres)
-    for j, mesh in enumerate(case.meshes):
-        m = blank(mesh_element.RECORD)
+    records = [blank(mesh_element.RECORD) for _ in case.meshes]
+    for j, m in enumerate(records):
         _pack_mesh(case, j, m, centres, moving)
-        m.psi_0 = phases[j]
+    places = tooth_places(case, centres, [m.sigma for m in records])
+    for j, (mesh, m) in enumerate(zip(case.meshes, records, strict=True)):
+        m.psi_0 = places.phases[j]
         k = pack_stiffness(case, j)
         m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
         series, m.u_series = involute_series(geometry.pair_of(case, j).working_angle)
         involutes.append(series)
-        pack_pairs(case, j, m, spline)
-        if m.pairs > 0:
-            pass
-        elif k.kind == tooth_stiffness.STIFFNESS_SPLINE:
+        pack_pairs(case, j, m, places.numbers[j], spline, terms)
+        if m.pairs == 0 and k.kind == tooth_stiffness.STIFFNESS_SPLINE:
             m.stiffness_start, m.stiffness_count = len(spline), len(k.rows)
             spline.extend(k.rows.tolist())
-        else:
+        elif m.pairs == 0:
             m.stiffness_start, m.stiffness_count = len(terms), len(k.rows)
             terms.extend(harmonic_rows(k.rows))
         m.error_start, m.error_count = len(terms), len(mesh.transmission_error)
@@ -169,6 +168,8 @@ def pack_meshes(
         m.C_m, m.depth = damping_maximum(case, j, k), depths[j]
         m.inv_depth = 1.0 / m.depth
         if m.pairs > 0:
+            if mesh.damping.ratio is not None:  # of all pairs in contact
+                m.C_m /= max(1.0, geometry.pair_of(case, j).contact_ratio)
             m.highest_order = max([PAIR_ORDER, *(float(e.order) for e in mesh.transmission_error)])
         m.ramp = _damping_law(mesh.damping)
         # The formulation as_published has one force, (19): the drive branch goes first.

@@ -1,7 +1,7 @@
 """Packing of pairs of teeth: geometry of both gears, stiffness over the path of contact, deviations, numbers of teeth."""
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,28 @@ from gearplay.parts.mesh.pairs.record import MOST, SPARE
 from gearplay.toothing.gear import DrawnGear, inv
 from gearplay.toothing.pair import GearPair
 from gearplay.toothing.path_stiffness import PathStiffness
+from gearplay.toothing.quality import GearDeviations, draw_deviations
 from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
+    from gearplay.parts.rotor.gear import Gear
+    from gearplay.parts.rotor.schema import Rotor
 
 Floats = NDArray[np.float64]
+
+
+class _Deviations(NamedTuple):
+    """Deviations of each tooth of one flank [m], shape [tooth]; see `gearplay.toothing.quality.FlankDeviations`."""
+
+    pitch: Floats
+    slope: Floats
+    form: Floats
+
+
+class _Flanks(NamedTuple):
+    left: _Deviations
+    right: _Deviations
 
 
 def has_pairs(case: "Case", j: int) -> bool:
@@ -38,21 +54,23 @@ def pair_contacts(case: "Case", j: int) -> int:
     return slots
 
 
-def _pack_gear(m: Any, ending: str, gear: DrawnGear, low: float, high: float) -> None:
-    tip = gear.tip
+def _pack_gear(
+    m: Any, ending: str, gear: DrawnGear, given: "Gear | Rotor", ends: tuple[float, float], number: int
+) -> None:
+    tip, relief = gear.tip, given.tip_relief
     values = {
         "base": gear.base_radius,
         "tip": tip,
         "tip_length": gear.length_to_tip,
         "tip_involute": inv(math.acos(min(1.0, gear.base_radius / tip))),
         "teeth": float(gear.teeth),
-        "relief": 0.0,
-        "relief_length": 1.0,
-        "relief_power": 1.0,
-        "low": low,
-        "high": high,
+        "relief": relief.amount if relief is not None else 0.0,
+        "relief_length": relief.length if relief is not None else 1.0,
+        "relief_power": 2.0 if relief is not None and relief.shape == "parabolic" else 1.0,
+        "low": ends[0],
+        "high": ends[1],
         "toothing": -1,
-        "number": 0,
+        "number": number,
     }
     for name, value in values.items():
         setattr(m, f"{name}_{ending}", value)
@@ -66,8 +84,47 @@ def _half_angles(case: "Case", j: int, pair: GearPair) -> tuple[float, float]:
     return first, second
 
 
-def pack_pairs(case: "Case", j: int, m: Any, spline: list[list[float]]) -> None:
-    """Fill the fields of mesh j's record for pairs of teeth; add their stiffness to the pieces of curves."""
+def tooth_deviations(case: "Case", name: str, gear: DrawnGear) -> "GearDeviations | _Flanks | None":
+    """Return the deviations of the teeth of a gear, given or drawn within its class with the seed of the run; None for none."""
+    given = geometry.gear_of(case, name)
+    if given.quality is not None:
+        seed = [case.run.seed, *geometry.full_name(case, name).encode()]
+        return draw_deviations(gear, given.quality, np.random.default_rng(seed))
+    if given.deviations is None:
+        return None
+    zero = np.zeros(gear.teeth)
+    found = given.deviations
+    pitch, slope, form = (np.array(each) if each else zero for each in (found.pitch, found.slope, found.form))
+    of_flank, none = _Deviations(pitch, slope, form), _Deviations(zero, zero, zero)
+    return _Flanks(of_flank if found.flank != "right" else none, of_flank if found.flank != "left" else none)
+
+
+def _deviation_rows(gear: DrawnGear, found: Any) -> Floats:
+    """Return rows (pitch, slope, form) [m] of material missing, two a tooth, clockwise flank first.
+
+    A flank that stands counter-clockwise of its place has less material where the tooth lies on the counter-clockwise side of it.
+    """
+    rows = np.zeros((2 * gear.teeth, 3))
+    counter, clockwise = (found.right, found.left) if gear.internal else (found.left, found.right)
+    cosine = math.cos(gear.transverse_angle)
+    for side, flank, sign in ((0, clockwise, 1.0), (1, counter, -1.0)):
+        rows[side::2, 0] = sign * cosine * flank.pitch
+        rows[side::2, 1], rows[side::2, 2] = flank.slope, flank.form
+    return rows
+
+
+def pack_pairs(
+    case: "Case",
+    j: int,
+    m: Any,
+    numbers: tuple[int, int],
+    spline: list[list[float]],
+    terms: list[list[float]],
+) -> None:
+    """Fill the fields of mesh j's record for pairs of teeth; add their stiffness to the curves and deviations to the terms.
+
+    ``numbers`` are those of driver's and driven tooth at the line of centres where nothing has turned.
+    """
     slots = pair_contacts(case, j)
     m.pairs = slots
     if slots == 0:
@@ -84,9 +141,28 @@ def pack_pairs(case: "Case", j: int, m: Any, spline: list[list[float]]) -> None:
     m.fades = int(pair.overlap > 0.0)
     m.corners = int(mesh.tip_contact and not m.fades)
     m.start, m.end = (-math.inf, math.inf) if m.corners else (low, high)
-    ends_2 = (line + path.start, line + path.end) if pair.internal else (line - path.end, line - path.start)
-    _pack_gear(m, "1", pair.first, path.start, path.end)
-    _pack_gear(m, "2", pair.second, *(ends_2 if not pair.internal else ends_2[::-1]))
+    ends = (path.start, path.end), (line - path.end, line - path.start)
+    if pair.internal:
+        ends = ends[0], (line + path.end, line + path.start)
+    numbers = numbers[::-1] if m.ring_drives else numbers
+    slope = bend = 0.0
+    for k, (ending, gear, name) in enumerate(
+        zip("12", (pair.first, pair.second), geometry.gears_of_pair(case, j), strict=True)
+    ):
+        given, width = geometry.gear_of(case, name), abs(ends[k][1] - ends[k][0])
+        _pack_gear(m, ending, gear, given, ends[k], numbers[k])
+        if (relief := given.tip_relief) is not None:
+            power = 2.0 if relief.shape == "parabolic" else 1.0
+            slope += power * relief.amount / relief.length
+            bend += (power - 1.0) * 2.0 * relief.amount / relief.length**2
+        if (found_deviations := tooth_deviations(case, name, gear)) is not None:
+            rows = _deviation_rows(gear, found_deviations)
+            setattr(m, f"toothing_{ending}", len(terms))
+            terms.extend(rows.tolist())
+            steepest, highest = np.max(np.abs(rows[:, 1])), np.max(np.abs(rows[:, 2]))
+            slope += float(steepest + math.pi * highest) / width
+            bend += float(math.pi**2 * highest) / width**2
+    m.deviation_slope, m.deviation_curvature = slope, bend
     rows, m.stiffest = pair_table(found)
     m.stiffness_start, m.stiffness_count = len(spline), len(rows)
     spline.extend(rows.tolist())
@@ -97,7 +173,7 @@ NODES = 32
 
 
 def pair_table(found: PathStiffness) -> tuple[Floats, float]:
-    """Return the stiffness of one pair of teeth over its place [m] as rows (start, c0..c3), the last one its end; and the largest.
+    """Return the stiffness of one pair of teeth over its place [m], rows (start, c0..c3), the last its end; and the largest.
 
     Of ISO 6336-1 the pieces are exact; of the potential energy shape-preserving cubics.
     """

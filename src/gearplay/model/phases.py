@@ -41,7 +41,7 @@ def starting_phases(case: "Case", centres: dict[str, tuple[float, float]]) -> li
         at = next((k for k, pair in enumerate(names) if patterns.keys() & set(pair)), 0)
         j, (driver, driven) = left.pop(at), names[at]
         z_1, z_2 = geometry.teeth_of(case, driver), geometry.teeth_of(case, driven)
-        seen_1, seen_2 = _directions(case, j, centres)
+        seen_1, seen_2 = directions(case, j, centres)
         mirrored = -1.0 if geometry.ring_of(case, case.meshes[j]) is None else 1.0
         if driver not in patterns and driven not in patterns:
             patterns[driver] = 0.0
@@ -49,10 +49,10 @@ def starting_phases(case: "Case", centres: dict[str, tuple[float, float]]) -> li
             patterns[driver] = mirrored * (patterns[driven] - z_2 * (seen_2 + math.pi)) + z_1 * seen_1
         phases[j] = patterns[driver] - z_1 * seen_1
         patterns.setdefault(driven, mirrored * phases[j] + z_2 * (seen_2 + math.pi))
-    return [_within_half_a_turn(psi) + mesh.phase for psi, mesh in zip(phases, case.meshes, strict=True)]
+    return [within_half_a_turn(psi) + mesh.phase for psi, mesh in zip(phases, case.meshes, strict=True)]
 
 
-def _directions(case: "Case", j: int, centres: dict[str, tuple[float, float]]) -> tuple[float, float]:
+def directions(case: "Case", j: int, centres: dict[str, tuple[float, float]]) -> tuple[float, float]:
     """Return where driver and driven gear of mesh j see it [rad]: of an internal pair both on the pinion's side."""
     mesh = case.meshes[j]
     a, b, _, _ = geometry.signed_radii(case, j)
@@ -63,6 +63,7 @@ def _directions(case: "Case", j: int, centres: dict[str, tuple[float, float]]) -
     return line, line + math.pi
 
 
-def _within_half_a_turn(psi: float) -> float:
+def within_half_a_turn(psi: float) -> float:
+    """Return a phase [rad] less whole turns, 0 where that is rounding."""
     rest = math.remainder(psi, 2.0 * math.pi)
     return 0.0 if abs(rest) < ROUNDING else rest

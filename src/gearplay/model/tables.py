@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
 from gearplay.model.toml_files import read_text
 from gearplay.parts.planetary.names import MEMBERS
-from gearplay.vocabulary.errors import Fault, InputError, shorten
+from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, shorten
 
 EQUAL: Final = 1e-6
 """Relative difference of steps that still count as equal."""
@@ -64,7 +64,62 @@ def with_tables(document: dict[str, Any], folder: Path) -> dict[str, Any]:
             place = place.get(part) if isinstance(place, dict) else None
         if isinstance(place, dict) and "file" in place:
             _fill(place, ".".join(way), folder)
+    for path, gear in _raw_gears(document):
+        if isinstance(given := gear.get("deviations"), dict):
+            _fill_deviations(given, f"{path}.deviations", folder)
     return document
+
+
+def _raw_gears(document: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the raw tables of a case that may be gears, with their paths."""
+    rotors, sets = document.get("rotors"), document.get("planetary")
+    for name, rotor in rotors.items() if isinstance(rotors, Mapping) else ():
+        if isinstance(rotor, dict):
+            yield f"rotors.{name}", rotor
+            gears = rotor.get("gears")
+            for gear, each in gears.items() if isinstance(gears, Mapping) else ():
+                if isinstance(each, dict):
+                    yield f"rotors.{name}.gears.{gear}", each
+    for name, given in sets.items() if isinstance(sets, Mapping) else ():
+        for member in MEMBERS:
+            if isinstance(given, Mapping) and isinstance(each := given.get(member), dict):
+                yield f"planetary.{name}.{member}", each
+
+
+def _fill_deviations(given: dict[str, Any], path: str, folder: Path) -> None:
+    """Put the columns of their files, in um, into raw deviations of teeth: ``pitch``, and slope and form of a ``profile``."""
+    for field, names in (("pitch", ("pitch",)), ("profile", ("slope", "form"))):
+        if not isinstance(name := given.get(field), str):
+            continue
+        del given[field]
+        for column in names:
+            if column in given:
+                rule = "must not be given beside a profile, which says it"
+                raise InputError(Fault(f"{path}.{column}", NO_VALUE, rule, "Remove one of the two"))
+        rows = _numbers(f"{path}.{field}", folder / name, len(names))
+        given |= {column: [1e-6 * row[k] for row in rows] for k, column in enumerate(names)}
+
+
+def _numbers(at: str, path: Path, columns: int) -> list[list[float]]:
+    """Return the rows of a text file of so many columns, apart by commas, semicolons, tabs or blanks; heads may be first."""
+    rows: list[list[float]] = []
+    for number, line in enumerate(read_text(path, what=at).splitlines(), start=1):
+        words = line.replace(",", " ").replace(";", " ").split()
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            row = [float(word) for word in words]
+        except ValueError:
+            row = []
+            if not rows and number <= 2:
+                continue
+        if len(row) != columns:
+            rule = (
+                f"must have {columns} numbers [um] in each line, one line a tooth, but line {number} has not"
+            )
+            raise InputError(Fault(at, shorten(path.name), rule, "Use a point as decimal sign"))
+        rows.append(row)
+    return rows
 
 
 def _fill(given: dict[str, Any], path: str, folder: Path) -> None:

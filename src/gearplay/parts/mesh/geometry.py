@@ -23,8 +23,9 @@ G_RATE, COS_PSI, SIN_PSI, E_X, E_Y, DISTANCE_RATE, ERROR_RATE = range(18, 25)
 # speed squared of the toothing centre of b against that of a, 1/A, dg/dtheta [m] of the carrier that turns a fixed line, opening
 # c0 (inv(alpha_w) - inv(alpha_0)) [m].
 SPEED_SQUARED, INV_A, BY_FRAME, OPENING = range(25, 29)
-# Behind `kernels.carrier_motion`'s, of pairs of teeth: rotation of the line of centres from its nominal direction [rad], its rate and
-# the absolute speeds of the first (external) and the second gear [rad/s]; sums over the pairs, `gearplay.parts.mesh.pairs.forces`.
+# Behind `kernels.carrier_motion`'s, of pairs of teeth: rotation of the line of centres from its nominal direction [rad], its rate
+# and the absolute speeds of the first (external) and the second gear [rad/s]; sums over the pairs,
+# `gearplay.parts.mesh.pairs.forces`.
 PHI, PHI_RATE, SPIN_1, SPIN_2, PULL_A, PULL_1, PULL_2, PAIRS_LOST, PAIRS_PUT_IN = range(32, 41)
 
 # Slots of a mesh's memory, each the first of an (angle, cosine, sine): toothings of a and b, psi; how far the reference of

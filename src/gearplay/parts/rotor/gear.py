@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 
 from gearplay.parts.rotor.allowance import ThicknessAllowance
+from gearplay.parts.rotor.deviations import Quality, TipRelief, ToothDeviations
 from gearplay.schema.fields import NAME, Measure, Part, Problem, is_absent, refuse
 from gearplay.toothing.allowances import thickness_allowances
 from gearplay.toothing.gear import ADDENDUM, DEDENDUM, TIP_RADIUS, DrawnGear
@@ -100,6 +101,10 @@ class Toothing(Part):
         | None
     ) = Field(default=None, exclude_if=is_absent)
 
+    tip_relief: TipRelief | None = Field(default=None, exclude_if=is_absent)
+    quality: Quality | None = Field(default=None, exclude_if=is_absent)
+    deviations: ToothDeviations | None = Field(default=None, exclude_if=is_absent)
+
     @model_validator(mode="after")
     def _check_toothing(self) -> "Toothing":
         refuse(self._toothing_problems())
@@ -110,6 +115,8 @@ class Toothing(Part):
             yield Problem(("addendum",), "must not be given beside tip_diameter", "Remove one of the two")
         if self.thickness is not None and self.allowance is not None:
             yield Problem(("allowance",), "must not be given beside thickness", "Remove one of the two")
+        if self.quality is not None and self.deviations is not None:
+            yield Problem(("quality",), "must not be given beside deviations", "Remove one of the two")
 
     @property
     def drawn(self) -> list[str]:

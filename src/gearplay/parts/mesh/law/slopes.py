@@ -71,7 +71,8 @@ from gearplay.parts.mesh.tooth_stiffness import (
     stiffness_slope,
 )
 
-# Columns of a mesh's row of slopes behind those of `gearplay.parts.mesh.slope_columns`: turns of the opening along and across, and of the roll; error by the phase;
+# Columns of a mesh's row of slopes behind those of `gearplay.parts.mesh.slope_columns`: turns of the opening along and across,
+# and of the roll; error by the phase;
 BEND_E, BEND_N, BEND_MIXED, WIDEN, ERROR_1, ERROR_2 = range(11, 17)
 # of a carrier that turns a fixed line of action: dg/dtheta, its spin, n.D with D the vector of centres;
 S_BY_FRAME, SPIN_F, ALONG = range(17, 20)

@@ -1,6 +1,7 @@
 """Forces of the pairs of teeth of a mesh, their powers, and the time for which they stay apart in free motion.
 
-F_j = K_j p_j + C_j dp_j/dt of each pair, cut at zero; generalised forces are -F_j dp_j/dq, deviations aside (docs/theory, section 4).
+F_j = K_j p_j + C_j dp_j/dt of each pair, cut at zero; generalised forces are -F_j dp_j/dq, deviations aside (docs/theory, section
+4).
 """
 
 import math
@@ -41,7 +42,6 @@ from gearplay.parts.mesh.geometry import (
     PULL_1,
     PULL_2,
     PULL_A,
-    SIN_W,
     SPEED_SQUARED,
     SPIN_1,
     SPIN_2,
@@ -145,9 +145,9 @@ def pairs_stay_open(
 ) -> tuple[int, float]:
     """Return what the gaps of mesh n's pairs do, and for how long [s] all surely stay open; `mesh_geometry` is in the scratch.
 
-    Each overlap follows p(A, a_1, a_2), whose slopes are continuous: p'' is bounded by the bounds of the accelerations and the second
-    derivatives of p. The involutes' overlap bounds that of a pair from above where its tip leaves or enters the path. A pair that is
-    away comes no nearer than a quarter of a base pitch in the time considered.
+    Each overlap follows p(A, a_1, a_2), whose slopes are continuous: p'' is bounded by the bounds of the accelerations and the
+    second derivatives of p. The involutes' overlap bounds that of a pair from above where its tip leaves or enters the path. A
+    pair that is away comes no nearer than a quarter of a base pitch in the time considered.
     """
     mesh = system.records[MESH][n]
     a_a, alpha_a, _ = rotor_bounds(system, mesh.a, t, y, branch)

@@ -1,10 +1,13 @@
 """Overlap of one pair of teeth at the actual centres: flank on flank, or a tip's corner on the other flank.
 
-Places rho_1, rho_2 count along the line of action from the base tangent points T1, T2: rho_1 + rho_2 = L - g of an external pair and
-rho_2 = rho_1 + L + g of an internal one, L = a sin(alpha_w), g the gap of the involutes. Where a tip would lie beyond its circle, its
-corner P at (R, gamma) about the other gear is the point that would touch: g = r_b (gamma - zeta + inv(alpha_R)), zeta the half angle
-of that flank at its base circle; involutes of one base circle are parallel curves, so that this is the distance, and its gradient by P
-the unit normal n = (-sin tau, cos tau), tau = gamma - alpha_R. Along t = (cos tau, sin tau) n turns by t.dP / l, l = R sin(alpha_R).
+Places rho_1, rho_2 count along the line of action from the base tangent points T1, T2: rho_1 + rho_2 = L - g of an external pair
+and
+rho_2 = rho_1 + L + g of an internal one, L = a sin(alpha_w), g the gap of the involutes. Where a tip would lie beyond its circle,
+its corner P at (R, gamma) about the other gear is the point that would touch: g = r_b (gamma - zeta + inv(alpha_R)), zeta the
+half angle of that flank at its base circle; involutes of one base circle are parallel curves, so that this is the distance, and
+its gradient by P
+the unit normal n = (-sin tau, cos tau), tau = gamma - alpha_R. Along t = (cos tau, sin tau) n turns by t.dP / l, l = R
+sin(alpha_R).
 """
 
 import math
@@ -30,8 +33,9 @@ from gearplay.parts.mesh.geometry import (
 
 
 class Pair(NamedTuple):
-    """One pair of teeth at a state: what touches where, and derivatives of its overlap by the distance A of the centres [m] and the
-    angles a_1, a_2 of both gears against the line of centres, in the sense of the flank.
+    """One pair of teeth at a state: what touches where, and derivatives of its overlap.
+
+    By the distance A of the centres [m] and the angles a_1, a_2 of both gears against the line of centres, in the sense of the flank.
     """
 
     p: float  # m, overlap
@@ -74,7 +78,8 @@ def sense(mesh: Any, flank: int) -> float:
 def place_of_pair(mesh: Any, out: Floats, flank: int, slot: int, alpha: float) -> tuple[float, int]:
     """Return the place of the pair in a slot on the driver's path [m], and its number; alpha_w [rad].
 
-    A tooth of the driver is on the line of centres where mesh phase and phi are 0, of a ring the middle of a space half a pitch on.
+    A tooth of the driver is on the line of centres where mesh phase and phi are 0, of a ring the middle of a space half a pitch
+    on.
     """
     teeth, base = mesh.teeth_1, mesh.base_1
     offset = 0.0
@@ -126,7 +131,8 @@ def tooth_deviation(
 ) -> tuple[float, float, float]:
     """Return material missing on one flank of a tooth [m] at a place [m] of its path, its slope and curvature.
 
-    Rows of `System.terms`, two a tooth, clockwise flank first: pitch, slope, form [m]; dev = pitch + slope (x - 1/2) + form sin(pi x).
+    Rows of `System.terms`, two a tooth, clockwise flank first: pitch, slope, form [m]; dev = pitch + slope (x - 1/2) + form
+    sin(pi x).
     """
     if first < 0:
         return 0.0, 0.0, 0.0
@@ -170,7 +176,7 @@ def deviations(
 
 @compiled_inline
 def stiffness_at(mesh: Any, system: System, place: float) -> tuple[float, float]:
-    """Return stiffness of a pair [N/m] at a place on the first gear's path [m] and its slope, beyond the table those of its ends."""
+    """Return stiffness [N/m] of a pair at a place on the first gear's path [m] and its slope, beyond the path that of its end."""
     first, last = mesh.stiffness_start, mesh.stiffness_start + mesh.stiffness_count - 1
     row = first
     while row < last - 1 and system.spline[row + 1, 0] <= place:
@@ -190,8 +196,8 @@ def corner(
 ) -> tuple[float, float, float, float, float, float, float]:
     """Return gap [m] of a corner at angle z [rad] of its gear from a flank at angle ``zeta`` of the other, and its derivatives.
 
-    P = (sign_a A + q tip cos z, q tip sin z) about the other gear; by A, by z, then second ones by A A, A z, z z. The last is l [m],
-    0 where P is within the base circle. ``side`` is -1 for the flank of a ring.
+    P = (sign_a A + q tip cos z, q tip sin z) about the other gear; by A, by z, then second ones by A A, A z, z z. The last is l
+    [m], 0 where P is within the base circle. ``side`` is -1 for the flank of a ring.
     """
     cosine, sine = math.cos(z), math.sin(z)
     x, y = sign_a * A + q * tip * cosine, q * tip * sine

@@ -1,8 +1,8 @@
 """Fields of a mesh's packed record for pairs of teeth, and numbers of its contacts.
 
 The contacts of a mesh with pairs are its two flanks, then ``pairs`` slots of the drive flank and as many of the back flank. Teeth
-take the slots in turn: pair j has slot j modulo ``pairs``, and changes it far from contact. A flank touches while one of its pairs
-does.
+take the slots in turn: pair j has slot j modulo ``pairs``, and changes it far from contact. A flank touches while one of its
+pairs does.
 """
 
 from typing import Final

@@ -57,10 +57,11 @@ from gearplay.parts.mesh.slope_columns import (
 )
 from gearplay.parts.mesh.tooth_stiffness import harmonic_curvatures, harmonics
 
-# Columns of a mesh's row of slopes behind those of `gearplay.parts.mesh.slope_columns`: distance of the centres, its rate, rate of the
-# line of centres, d(alpha_w)/dA and its slope by A, slope and curvature of the error of the teeth by the phase;
+# Columns of a mesh's row of slopes behind those of `gearplay.parts.mesh.slope_columns`: distance of the centres, its rate, rate
+# of the line of centres, d(alpha_w)/dA and its slope by A, slope and curvature of the error of the teeth by the phase;
 S_A, S_A_RATE, S_PHI_RATE, LEAN, LEAN_SLOPE, E_1, E_2 = range(SHARED, SHARED + 7)
-# sums over the pairs; rates of both gears against the line of centres, in the sense of the drive flank; deepest pair of each flank;
+# sums over the pairs; rates of both gears against the line of centres, in the sense of the drive flank; deepest pair of each
+# flank;
 SUM_A, SUM_1, SUM_2, RATE_1, RATE_2, DEEPEST, DEEPEST_BACK = range(SHARED + 7, SHARED + 14)
 # then for each pair: force, its slopes by overlap, rate and place, and the fields of `overlap.Pair`.
 PAIRS = SHARED + 14
@@ -126,7 +127,7 @@ def linearise_pairs(system: System, n: int, branch: Branch, loads: Loads, row: F
 def _motion_change(
     system: System, mesh: Any, row: Floats, z: Floats, d_x: float, d_y: float, v_x: float, v_y: float
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """Return what a change z changes in A, its rate, phi, its rate, and in both gears' angles and speeds against the line of centres.
+    """Return what a change z changes in A, phi, both gears' angles against the line of centres, and in their rates.
 
     The vector between the toothing centres changes by d, its rate by v.
     """
@@ -159,7 +160,7 @@ def _pair_change(
     psi: float,
     psi_rate: float,
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Return what a motion changes in a pair: overlap, its rate, place of the driver, places rho_1 and its rate; dp/dA and dp/dz."""
+    """Return what a motion changes in a pair: overlap, its rate, the driver's place, rho_1, its rate, dp/dA and dp/dz."""
     m, error = sense(mesh, flank), 1.0 - 2.0 * flank
     A, A_rate, _, _, turn_1, turn_2, spin_1, spin_2 = motion
     turn_1, turn_2, spin_1, spin_2 = m * turn_1, m * turn_2, m * spin_1, m * spin_2
