@@ -1,8 +1,10 @@
 """Table of the contacts of a run or an ensemble."""
 
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,8 @@ SHOWN = (*RATES, "mean_impact_speed", "peak_force")
 """Statistics in short tables."""
 ANGULAR = {"m/s": ("mrad/s", 1e3), "N": ("N m", 1.0), "m": ("mrad", 1e3)}
 """Display units and factors of contacts between rotations, by the unit that others have."""
+PAIR_OF_TEETH: Final = re.compile(r":(drive|back)-\d+$")
+"""Label of a contact of single pairs of teeth, those that take one slot of a flank in turn."""
 LARGEST = ("max_impact_speed", "peak_force", "max_penetration")
 """Statistics of which an ensemble has the largest of its members'; of the others it has means over time or impacts."""
 
@@ -98,8 +102,11 @@ def contact_table(
 
 
 def contacts_of(runs: Sequence[Trajectory]) -> ContactTable:
-    """Return the table of all members' contacts."""
-    each = {name: np.array([getattr(run.statistics, name) for run in runs]) for name in CONTACT_STATISTICS}
-    spans = np.array([run.reached - run.first_sample for run in runs])
+    """Return the table of all members' contacts; of single pairs of teeth that of their flank stands for them."""
     first = runs[0].statistics
-    return contact_table(first.labels, each, spans, first.angular)
+    shown = [k for k, label in enumerate(first.labels) if not PAIR_OF_TEETH.search(label)]
+    each = {
+        name: np.array([getattr(run.statistics, name)[shown] for run in runs]) for name in CONTACT_STATISTICS
+    }
+    spans = np.array([run.reached - run.first_sample for run in runs])
+    return contact_table([first.labels[k] for k in shown], each, spans, first.angular[shown])

@@ -35,7 +35,7 @@ from gearplay.parts.mesh.geometry import (
 class Pair(NamedTuple):
     """One pair of teeth at a state: what touches where, and derivatives of its overlap.
 
-    By the distance A of the centres [m] and the angles a_1, a_2 of both gears against the line of centres, in the sense of the flank.
+    By the distance A of the centres [m] and the angles a_1, a_2 of both gears against the line of centres, in the flank's sense.
     """
 
     p: float  # m, overlap
