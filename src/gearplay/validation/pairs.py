@@ -21,7 +21,7 @@ def pair(module: str, first: Gear, second: Gear, *, internal: bool = False, **me
         rotors[name] = {"teeth": teeth, "profile_shift": shift, "mass": 1.0, "inertia": 1e-3, **more}
     if internal:
         rotors["second"]["internal"] = True
-    table = {"driver": "first", "driven": "second", "module": module}
+    table: dict[str, Any] = {"driver": "first", "driven": "second", "module": module}
     table["stiffness"] = {"kind": "harmonic", "mean": 1e8}
     return gp.load_case({"rotors": rotors, "meshes": [table | mesh], "run": {"duration": 1e-3}})
 
@@ -86,7 +86,7 @@ def _iso() -> dict[str, str]:
 def _single_stiffness(case: gp.Case) -> float:
     """Return the largest stiffness of one pair of teeth per facewidth [N/(mm um)]."""
     found = gp.teeth(case)
-    width = min(gear["facewidth"] for gear in found.gears.values())
+    width = float(min(gear["facewidth"] for gear in found.gears.values()))
     return 1e-9 * float(found.ds["pair_stiffness"].max()) / width
 
 
