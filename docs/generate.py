@@ -16,11 +16,24 @@ SCRIPTS = (
     "write_commands.py",
 )
 
+PUBLISHED = "<!-- published numbers -->"
+"""Place of the table on docs/validation.md."""
+
 
 def on_pre_build(config: Any) -> None:
     """Run the scripts; raises `CalledProcessError` where one fails."""
     for script in SCRIPTS:
         subprocess.run([sys.executable, str(Path(config.docs_dir) / script)], check=True)
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Return the page of validation with the table of published numbers, computed now."""
+    if PUBLISHED not in markdown:
+        return markdown
+    sys.path.insert(0, str(Path(__file__).parent))
+    from write_validation import table
+
+    return markdown.replace(PUBLISHED, table())
 
 
 def on_post_page(output: str, **_: Any) -> str:

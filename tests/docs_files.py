@@ -86,6 +86,13 @@ def make_backlash_map(path: Path) -> None:
     path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
 
 
+def make_drawn(path: Path) -> None:
+    """Write the case or the plan of the page on drawings."""
+    text = (ROOT / "docs" / "how-to" / "drawing.md").read_text(encoding="utf-8")
+    case, plan = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    path.write_text(plan if "map" in path.stem else case, encoding="utf-8")
+
+
 def make_motor(path: Path) -> None:
     """Write a motor's bearing with a damaged inner ring, as public records are."""
     from scipy.io import savemat
@@ -104,6 +111,8 @@ def make_new_gearbox(path: Path) -> None:
 
 FILES: dict[str, Callable[[Path], None]] = {
     "backlash-map.toml": make_backlash_map,
+    "drawn.toml": make_drawn,
+    "drawn-map.toml": make_drawn,
     "run 7.tdms": make_record,
     "run.tdms": make_long_record,
     "bare.csv": make_bare,

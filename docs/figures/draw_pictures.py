@@ -71,10 +71,27 @@ def teeth() -> None:
         (HERE / "teeth.png").write_bytes((Path(folder) / "teeth.png").read_bytes())
 
 
+def maps() -> None:
+    """Draw the maps over series of the tooth thickness of docs/how-to/drawing.md and gearbox-program.md."""
+    sys.path.insert(0, str(HERE.parents[1] / "tests"))
+    from docs_files import make_backlash_map, make_drawn
+
+    with tempfile.TemporaryDirectory() as folder:
+        box = HERE.parent / "gearboxes" / "FVA_two_stages_1.4.rexsz"
+        run(["import", str(box), "--gear-bodies", "solid", "--out", f"{folder}/box.toml"])
+        make_drawn(Path(folder) / "drawn.toml")
+        for name, make in (("drawing-map", make_drawn), ("gearbox-map", make_backlash_map)):
+            plan = Path(folder) / f"{name}.toml"
+            make(plan)
+            run(["sweep", str(plan), "--out", f"{folder}/{name}"])
+            shutil.copy(f"{folder}/{name}/figures/lines-speed-1.png", HOW_TO / f"{name}.png")
+
+
 if __name__ == "__main__":
     main()
     motion()
     axis()
     first_run()
     teeth()
+    maps()
     diagnosis()

@@ -38,6 +38,7 @@ from gearplay.rexs.importing import import_rexs as import_rexs
 from gearplay.rig.measurement import measure as measure
 from gearplay.stepping.stepper import Stepper as Stepper
 from gearplay.sweeps.sweep import sweep as sweep
+from gearplay.validation.validate import validate as validate
 from gearplay.vocabulary.errors import GearplayError as GearplayError
 from gearplay.vocabulary.errors import InputError as InputError
 from gearplay.vocabulary.errors import MeasurementError as MeasurementError

@@ -32,6 +32,7 @@ RESULTS: Final = MappingProxyType(
         "lost motion": "hysteresis.result:LostMotion",
         "reduction": "hysteresis.reduction:Reduction",
         "teeth": "gear_pairs.teeth:Teeth",
+        "validation": "validation.validate:Validation",
         "load sharing": "planets.sharing:LoadSharing",
         "campbell": "linear.campbell:Campbell",
         "frequency response": "linear.response:FrequencyResponse",

@@ -1,4 +1,4 @@
-"""Torsional trains with gears: frequencies printed by Friswell et al. and by openTorsion.
+"""Torsional trains with gears: a printed state matrix, and a train by hand; printed frequencies are those of `gearplay validate`.
 
 M. I. Friswell, J. E. T. Penny, S. D. Garvey, A. W. Lees, Dynamics of Rotating Machines (Cambridge University Press, 2010),
 chapter 9, its data and results as the tests of openTorsion give them (github.com/Aalto-Arotor/openTorsion,
@@ -8,80 +8,12 @@ analysis and forced response", a wind turbine). Their gears are rigid; here teet
 """
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 
 import gearplay as gp
-from building import Document
-
-RIGID = {"kind": "harmonic", "mean": 1e13}
-
-
-def train(rotors: dict[str, Any], shafts: dict[tuple[str, str], float], *meshes: tuple[str, str]) -> Document:
-    """Return a train: inertias [kg m^2], or inertias and teeth, of rotors; stiffnesses [N m/rad] of shafts; pairs in mesh."""
-    table = {}
-    for name, given in rotors.items():
-        inertia, teeth = given if isinstance(given, tuple) else (given, None)
-        table[name] = {"mass": 1.0, "inertia": inertia} | ({"teeth": teeth} if teeth else {})
-    return {
-        "rotors": table,
-        "couplings": [{"between": list(ends), "torsional_stiffness": k} for ends, k in shafts.items()],
-        "meshes": [
-            {"driver": a, "driven": b, "module": 0.02, "backlash": 0.0, "stiffness": RIGID} for a, b in meshes
-        ],
-        "run": {"duration": 1.0},
-    }
-
-
-def shaft(length: float, diameter: float, modulus: float) -> float:
-    """Return G pi d^4 / (32 l) [N m/rad]."""
-    return modulus * math.pi * diameter**4 / (32.0 * length)
-
-
-GEARED = train(
-    {"motor": 400e-6, "one": (25e-6, 40), "two": (25e-6, 40), "a": 700e-6, "b": 700e-6},
-    {("motor", "one"): 1e4, ("two", "a"): 5e3, ("one", "b"): 5e3},
-    ("one", "two"),
-)
-DISCS = train(
-    {"a": 3.5e-3, "b": 3.5e-3, "c": 3.5e-3, "d": 0.15, "e": 0.05},
-    {("a", "b"): 12e3, ("b", "c"): 12e3, ("c", "d"): 14e3, ("d", "e"): 10e3},
-)
-BRANCHED = train(
-    {
-        "turbine": 3200.0, "one": (200.0, 50), "two": (200.0, 50), "three": (800.0, 80), "four": (800.0, 80),
-        "port": 450.0, "starboard": 450.0,
-    },
-    {
-        ("turbine", "one"): shaft(2.5, 0.2, 68e9),
-        ("three", "port"): shaft(3.5, 0.25, 68e9),
-        ("four", "starboard"): shaft(3.5, 0.25, 68e9),
-    },
-    ("one", "two"), ("one", "three"), ("two", "four"),
-)  # fmt: skip
-TURBINE = train(
-    {"blades": 1e7, "inner": 5770.0, "outer": 97030.0},
-    {("blades", "inner"): 3.67e8, ("inner", "outer"): 5.496e9},
-)
-
-
-@pytest.mark.parametrize(
-    ("document", "printed", "digits"),
-    [
-        (GEARED, [425.4, 634.1, 3247.2], 1),
-        (DISCS, [81.21, 141.21, 378.95, 536.36], 2),
-        (BRANCHED, [10.304, 20.479, 24.423], 3),
-        (TURBINE, [58.34 / (2.0 * math.pi), 1034.115 / (2.0 * math.pi)], 3),
-    ],
-    ids=["geared pair", "example 9.7.1", "example 9.6.3", "wind turbine"],
-)
-def test_printed_frequencies(document: Document, printed: list[float], digits: int) -> None:
-    found = gp.modes(document).ds["frequency"].values
-    assert found[0] == 0.0
-    np.testing.assert_allclose(found[1 : 1 + len(printed)], printed, rtol=0.0, atol=0.51 * 10.0**-digits)
-    assert all(f > 1e2 * printed[-1] for f in found[1 + len(printed) :])  # of the teeth alone
+from gearplay.validation.motions import train
 
 
 def test_damped_geared_train__printed_state_matrix() -> None:

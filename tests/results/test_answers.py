@@ -49,6 +49,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "calibration": some_calibration,
     "bifurcation": lambda: gp.bifurcation(pair(), FORCE, [4e-6, 5e-6], ["wheel.theta"], settle=5, keep=3),
     "teeth": lambda: gp.teeth("han2021"),
+    "validation": lambda: gp.validate(),
     "portrait": lambda: gp.portrait("han2021", settle=2, keep=3, show=1),
     "section": lambda: gp.section("han2021", ["ring.x", "ring.vx"], keep=4, period="mesh"),
     "impacts": lambda: gp.impacts("han2021", ["ring.x"], "pinion-ring:drive", duration=0.5, transient=0.0),

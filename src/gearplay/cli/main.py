@@ -48,6 +48,7 @@ COMMANDS: Final = (
     "calibrate",
     "serve",
     "schema",
+    "validate",
 )
 """Functions of the commands, in modules of `gearplay.cli` of their names, which are imported when they are called or listed."""
 MODULES: Final = {"resume": "sweep"}
