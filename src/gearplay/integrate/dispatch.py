@@ -205,8 +205,6 @@ def show(
 
 # Functions that only the exact derivative needs.
 
-DERIVATIVE = ("linearise", "add_change", "crossing", "jump", "carry_sample")
-
 
 @dispatched(compiled_inline, required=True)
 def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
