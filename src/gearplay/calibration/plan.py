@@ -20,7 +20,6 @@ Decades = Annotated[float, Measure(None, "standard uncertainty [decades]", gt=0.
 Frequency = Annotated[float, Measure(q.FREQUENCY, "frequency", gt=0.0)]
 Band = Annotated[tuple[Frequency, Frequency], Listed(2, 2, "lowest and highest frequency")]
 
-READINGS = ("absolute", "unnormalised", "displacement")
 Reading = Literal["absolute", "unnormalised", "displacement"]
 
 

@@ -124,11 +124,9 @@ def pattern_shares(results: Sequence[PointResult]) -> list[dict[str, Any]]:
     return table
 
 
-def share_of(
-    table: Sequence[dict[str, Any]], pattern: str, model: str, measure: str = OVERALL
-) -> dict[str, Any]:
-    """Return the row of one pattern, model and measure."""
-    return next(r for r in table if (r["pattern"], r["model"], r["measure"]) == (pattern, model, measure))
+def share_of(table: Sequence[dict[str, Any]], pattern: str, model: str) -> dict[str, Any]:
+    """Return the row of one pattern and model by the overall measure."""
+    return next(r for r in table if (r["pattern"], r["model"], r["measure"]) == (pattern, model, OVERALL))
 
 
 def coupling_ratios(results: Sequence[PointResult]) -> list[dict[str, Any]]:
