@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError
+from gearplay.vocabulary.errors import GearplayError, InputError
 
 if TYPE_CHECKING:
     from gearplay.vocabulary.quantities import Quantity
@@ -66,7 +66,7 @@ def si_number(option: str, text: str, quantity: "Quantity") -> float:
     try:
         return float(text) if _PLAIN.fullmatch(text.strip()) else parse_quantity(text, quantity)
     except UnitError as error:
-        raise InputError(Fault(option, text, error.rule, error.cure)) from None
+        raise InputError.of(option, text, error.rule, error.cure) from None
 
 
 def period_of(text: str) -> str | float:

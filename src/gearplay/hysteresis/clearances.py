@@ -20,7 +20,7 @@ from gearplay.parts.registry import COUPLING, MESH, SLEEVE
 from gearplay.sweeps.cases.draws import check_draws, draw, sample_size
 from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.reading import load_sweep
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+from gearplay.vocabulary.errors import InputError, ResourceError
 
 Floats = NDArray[np.float64]
 
@@ -98,7 +98,7 @@ def design_of(tolerances: Any, case: Case, members: int | None) -> Design | None
         plan = load_sweep(tolerances)
         if plan.design is None:
             rule = "must be a plan with drawn parameters"
-            raise InputError(Fault("tolerances", plan.title, rule, "Add a [design] with what scatters"))
+            raise InputError.of("tolerances", plan.title, rule, "Add a [design] with what scatters")
         design = plan.design
     check_count("members", sample_size(design) if members is None else members)
     return design if members is None else design.model_copy(update={"count": members})

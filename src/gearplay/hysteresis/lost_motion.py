@@ -21,7 +21,7 @@ from gearplay.model.reading import Source, replace
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -116,7 +116,7 @@ def lost_motion(
     for field, given in (("at", at), ("hold", hold), ("torque", torque)):
         if given is None:
             rule = "is required of a case"
-            raise InputError(Fault(field, None, rule, "Name output and input, and give the rated torque"))
+            raise InputError.of(field, None, rule, "Name output and input, and give the rated torque")
     assert at is not None
     assert hold is not None
     base = case_of(case)
@@ -173,7 +173,7 @@ class _Study:
     def over_turn(self, whole: Held, count: int) -> tuple[Floats, list[Numbers]]:
         if not np.any(whole.ratios):
             rule = f"must be left out, since {self.at} does not turn: a torsional spring or a held rotor keeps it"
-            raise InputError(Fault("positions", count, rule, "Leave it out, or let the output turn"))
+            raise InputError.of("positions", count, rule, "Leave it out, or let the output turn")
         turns, rows = 2.0 * np.pi * np.arange(count) / count, []
         for k, turn in enumerate(turns.tolist()):
             rows.append(self._numbers(whole, turn))
@@ -196,7 +196,7 @@ def _check_friction(whole: Held, first: float) -> None:
     if friction >= first:
         rule = f"must be above the friction of the train at {whole.at}, {friction:.4g} N m"
         cure = "Raise the first stage or the rated torque, or lower the friction"
-        raise InputError(Fault("stages.0", f"{first:.4g} N m", rule, cure))
+        raise InputError.of("stages.0", f"{first:.4g} N m", rule, cure)
 
 
 def _at_temperature(case: Case, kelvin: float) -> Case:

@@ -20,7 +20,7 @@ from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -147,7 +147,7 @@ def reduce(
     given = base.rotors[at].load.torque if torque is None else torque
     if given == 0.0:
         rule = "is required, since the output has no load torque"
-        raise InputError(Fault("torque", None, rule, "Give the rated torque"))
+        raise InputError.of("torque", None, rule, "Give the rated torque")
     rated = quantity_of("torque", given, q.TORQUE)
     found = _joint(whole, rated)
     design = design_of(tolerances, base, members)

@@ -7,7 +7,7 @@ from typing import Any
 
 from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import Quantity
 
 STAGES = (0.14, 0.48)
@@ -19,9 +19,9 @@ def quantity_of(field: str, value: Any, quantity: Quantity) -> float:
     try:
         number = parse_quantity(value, quantity)
     except UnitError as error:
-        raise InputError(Fault(field, value, error.rule, error.cure)) from None
+        raise InputError.of(field, value, error.rule, error.cure) from None
     if number <= 0.0:
-        raise InputError(Fault(field, value, "must be greater than 0", "Correct the number and its unit"))
+        raise InputError.of(field, value, "must be greater than 0", "Correct the number and its unit")
     return number
 
 
@@ -32,5 +32,5 @@ def stages_of(stages: Sequence[float | str] | None, rated: float) -> tuple[float
     ends = [quantity_of(f"stages.{k}", each, q.TORQUE) for k, each in enumerate(stages)]
     if len(ends) != 2 or not ends[0] < ends[1] < rated:
         rule = f"must be two rising torques below the rated one, {rated:g} N m"
-        raise InputError(Fault("stages", list(stages), rule, "Give the ends of K1 and K2"))
+        raise InputError.of("stages", list(stages), rule, "Give the ends of K1 and K2")
     return ends[0], ends[1]

@@ -289,7 +289,7 @@ class Case(Part):
         meshes = tuple(Mesh.model_validate(raw) for raw in own["meshes"])
         if dict(self.rotors) != rotors or self.meshes != meshes:
             rule = "must be left out beside rotors and meshes, which it stands for"
-            raise InputError(Fault(FIELD, NO_VALUE, rule, "Remove rotors and meshes, or the table"))
+            raise InputError.of(FIELD, NO_VALUE, rule, "Remove rotors and meshes, or the table")
 
     _changed: ChangedPaths = PrivateAttr(ChangedPaths())
 

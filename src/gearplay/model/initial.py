@@ -17,7 +17,7 @@ from gearplay.model.seeds import generators
 from gearplay.model.touch import Touches, gaps_of_mesh, given_rotations, turning_groups
 from gearplay.model.traversal import mesh_order, rotor_order
 from gearplay.parts.rotor.schema import Initial
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -93,13 +93,11 @@ def _must_mesh(packed: Packed, meshes: int, y: Floats, memory: Floats) -> None:
     """Raise `InputError` where a mesh cannot be at state y."""
     for j in range(meshes):
         if math.isnan(gaps_of_mesh(packed, j, y, memory)[0]):
-            raise InputError(
-                Fault(
-                    f"meshes.{j}",
-                    "initial positions",
-                    "the teeth must be able to mesh at the start",
-                    "Move initial.x, initial.y of its rotors nearer to 0.",
-                )
+            raise InputError.of(
+                f"meshes.{j}",
+                "initial positions",
+                "the teeth must be able to mesh at the start",
+                "Move initial.x, initial.y of its rotors nearer to 0.",
             )
 
 

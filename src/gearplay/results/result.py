@@ -30,7 +30,7 @@ from gearplay.solver.trajectory import (
     work_of,
     worst_of,
 )
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.memory import enough_memory
 
 if TYPE_CHECKING:
@@ -314,7 +314,7 @@ class Result(AnalysisResult):
                 raise self._lack.error(name, value)
             if sampling is not None and not (0.0 < sampling < np.inf):
                 cure = "Give samples per second"
-                raise InputError(Fault("sampling", sampling, "must be positive [Hz]", cure))
+                raise InputError.of("sampling", sampling, "must be positive [Hz]", cure)
             at = [(c.signal, c.label) for c in run.columns].index((signal, label))
             return run.samples.at_rate(at, sampling, window)
         return self.runs[member].signal(signal, label)
@@ -329,7 +329,7 @@ class Result(AnalysisResult):
         if self._lack != Lack() and not chosen:
             raise self._lack.error("signal", shown)
         cure = f"Choose from: {', '.join(known) or 'none'}"
-        raise InputError(Fault("signal", shown, "must name one signal that was kept", cure))
+        raise InputError.of("signal", shown, "must name one signal that was kept", cure)
 
     def spectrum(
         self, signal: str, *, rotor: str | None = None, label: str | None = None, window: str = "hann"
@@ -369,7 +369,7 @@ class Result(AnalysisResult):
         whole = [at for at, status in enumerate(self.statuses) if status == Status.DONE]
         if not whole and self.members > 1:
             rule = "has no member that reached its end, so no spectrum"
-            raise InputError(Fault("spectrum", self.status.name, rule, self.message))
+            raise InputError.of("spectrum", self.status.name, rule, self.message)
         records = [self.signal(signal, element, at) for at in whole or [0]]
         return ensemble_spectrum(records, self.sampling, window=window, unit=RESULT_VARIABLES[signal].unit)
 

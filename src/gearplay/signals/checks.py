@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.record import Channel
-from gearplay.vocabulary.errors import Fault, InputError, join_path
+from gearplay.vocabulary.errors import InputError, join_path
 
 Floats = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ TWO_PI = 2.0 * math.pi
 
 def refuse(path: str, value: object, rule: str, cure: str) -> NoReturn:
     """Raise `InputError` with one fault."""
-    raise InputError(Fault(path, value, rule, cure))
+    raise InputError.of(path, value, rule, cure)
 
 
 def check_channel(channel: Channel, least: int = 8) -> Floats:

@@ -23,7 +23,7 @@ from gearplay.model.pack import Packed
 from gearplay.solver.integration import CHUNK_STEPS, FIRST_STEPS, Course, next_steps
 from gearplay.solver.status import Status
 from gearplay.vocabulary.cores import worker_count
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+from gearplay.vocabulary.errors import InputError, ResourceError
 from gearplay.vocabulary.memory import enough_memory
 
 Floats = NDArray[np.float64]
@@ -337,7 +337,7 @@ class KeptMotion:
             f"must hold the motion that this machine computes from its case, and does not near t = {t:.6g} s"
         )
         cure = "Simulate its case again, or run gearplay export where it was written; xarray.open_dataset reads its samples"
-        return InputError(Fault("file", self.source, rule, cure))
+        return InputError.of("file", self.source, rule, cure)
 
 
 def out_of_time(count: int, columns: int) -> ResourceError:

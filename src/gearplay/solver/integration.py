@@ -16,7 +16,7 @@ from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.solver.deadline import deadline_of
 from gearplay.solver.status import WORDS, Status
-from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.errors import InputError, SimulationError
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -54,7 +54,7 @@ def refuse_fixed_steps(case: Case) -> None:
     """Raise `InputError` for a case of fixed steps: they have no exact derivative."""
     if case.run.fixed_step is not None:
         rule = "must be absent where the derivative of the motion is wanted: it needs located contacts"
-        raise InputError(Fault("run.fixed_step", case.run.fixed_step, rule, "Remove it"))
+        raise InputError.of("run.fixed_step", case.run.fixed_step, rule, "Remove it")
 
 
 class Course:

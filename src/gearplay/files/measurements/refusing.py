@@ -86,7 +86,7 @@ def need(module: str, package: str, path: Path) -> ModuleType:
             return import_module(module)
     except ImportError:
         rule = f"needs the package {package}, which is not installed"
-        raise InputError(Fault("file", shorten(path.name), rule, cure_for("measurements"))) from None
+        raise InputError.of("file", shorten(path.name), rule, cure_for("measurements")) from None
 
 
 @contextmanager

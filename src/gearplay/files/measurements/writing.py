@@ -79,7 +79,7 @@ def _common(record: Record) -> tuple[int, float, float]:
     if len(shared) > 1:
         rule = "must have channels of one length, sampling rate and start for this kind of file"
         shown = f"{len(record.channels)} channels"
-        raise InputError(Fault("record", shown, rule, "Write it as HDF5 or netCDF"))
+        raise InputError.of("record", shown, rule, "Write it as HDF5 or netCDF")
     return shared.pop()
 
 
