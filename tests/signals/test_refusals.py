@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+import gearplay as gp
 from gearplay.files.record import Channel
 from gearplay.signals.angle import angle_from_speed, angle_from_tacho
 from gearplay.signals.averaging import averaged_spectrum, power_density
@@ -54,6 +55,31 @@ def test_bad_records_are_refused_by_every_analysis(analysis: str, bad: str) -> N
     with pytest.raises(InputError, match=r"^acc\.(values|sampling) = .*: must .*\.") as caught:
         ANALYSES[analysis](BAD[bad])
     assert len(caught.value.faults) == 1
+
+
+@pytest.mark.parametrize("value", [np.zeros(100), None, "acc.csv"], ids=type)
+@pytest.mark.parametrize(
+    "name", ["envelope", "line_table", "signal_statistics", "order_map", "angle_from_tacho"]
+)
+def test_functions_of_signals__a_value_that_is_no_channel_is_refused(name: str, value: object) -> None:
+    function = getattr(gp.signals, name)
+    needed = {
+        "envelope": (50.0, 100.0),
+        "line_table": ((100.0,),),
+        "order_map": (60.0,),
+        "angle_from_tacho": (1,),
+    }
+    with pytest.raises(InputError, match=r"must be of type Channel. Make one: gearplay.Channel"):
+        function(value, *needed.get(name, ()))
+
+
+def test_functions_of_signals__an_unknown_argument_or_another_class_is_refused() -> None:
+    with pytest.raises(InputError, match=r"speeed: is no argument of .*Did you mean 'speed'"):
+        gp.signals.order_map(GOOD, speeed=60.0)
+    with pytest.raises(InputError, match=r"spectrum = .*must be of type Spectrum"):
+        gp.signals.find_line(GOOD, 100.0)
+    with pytest.raises(InputError, match=r"signals = none: must be a list of records"):
+        gp.signals.ensemble_spectrum(None, 100.0)
 
 
 @pytest.mark.parametrize("analysis", ANALYSES)

@@ -99,10 +99,12 @@ def amplitude_spectrum(
     if normalisation not in NORMALISATIONS:
         cure = f"Choose from {NORMALISATIONS}"
         raise InputError.of("normalisation", normalisation, "must be a known normalisation", cure)
-    if signal.ndim != 1 or signal.size < 8 or not np.all(np.isfinite(signal)):
+    signal = np.asarray(signal)
+    is_real = signal.dtype.kind in "fiub"
+    if not is_real or signal.ndim != 1 or signal.size < 8 or not np.all(np.isfinite(signal)):
         rule = "must be one record of at least 8 finite samples"
         cure = "Simulate longer, or pick one rotor and one member"
-        raise InputError.of("signal", f"{signal.shape}", rule, cure)
+        raise InputError.of("signal", f"{signal.shape} of {signal.dtype}", rule, cure)
     n = signal.size
     weights = check_window(window, n)
     transform: Floats = np.abs(np.fft.rfft((signal - np.mean(signal)) * weights))
@@ -158,6 +160,8 @@ def ensemble_spectrum(
     (2, (33,))
 
     """
+    if not (isinstance(signals, (Sequence, np.ndarray)) and all(np.ndim(each) == 1 for each in signals)):
+        raise InputError.of("signals", signals, "must be a list of records", "Give the arrays of the members")
     lengths = {len(signal) for signal in signals}
     if len(lengths) != 1:
         rule = "must have one length: a member that stopped early has other lines"
