@@ -216,7 +216,7 @@ class TrialError(SimulationError):
 
 
 def as_sensed(accelerations: Floats, sampling: float, sensor: Accelerometer | None) -> Floats:
-    """Return accelerations, shape [member, time], as a sensor of this analytic response shows them; None is ideal.
+    """Return accelerations, shape [member, time], filtered by a sensor's frequency response; None: an ideal sensor.
 
     Applied to the discrete Fourier transform, so each record counts as periodic.
     """

@@ -127,7 +127,7 @@ def _options(
     ] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
 ) -> None:
-    """Take the options that stand before a command; `main` has read --debug already."""
+    """Define the options before the command; `main` has read --debug already."""
 
 
 _UsageError: Final = typer.BadParameter.__bases__[0]

@@ -46,7 +46,7 @@ def diagnose(
     healthy: Record | Channel | None = None,
     channel: str | None = None,
 ) -> Diagnosis:
-    """Return what the lines, indices and periodic events of a record say about a machine.
+    """Diagnose a machine from a record: named lines, indices, periodic events, ranked hypotheses.
 
     The speed is sought within 2.5 % of the given one, at the mesh harmonics, else at the turns of the shafts. Averages over the
     turns of each shaft show damaged teeth and eccentric gears; what repeats with no shaft is searched for the envelope lines of

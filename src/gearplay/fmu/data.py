@@ -29,7 +29,7 @@ PER_LINE = 6
 
 @dataclass(frozen=True)
 class Data:
-    """Sources in C by file name, and the digest of what they hold."""
+    """Sources in C by file name, and the digest of their content."""
 
     texts: dict[str, str]
     digest: str
@@ -44,7 +44,7 @@ def make_data(
     tunes: Sequence[Tune],
     identity: str,
 ) -> Data:
-    """Write the data of a case; ``places`` are the columns of its outputs, ``identity`` what names and describes them.
+    """Write the data of a case; ``places`` are the columns of its outputs, ``identity`` their names and descriptions.
 
     Raises `InputError` for a case whose memory is too large.
     """
@@ -126,7 +126,7 @@ def token_of(digest: str) -> str:
 
 
 def quoted(text: str) -> str:
-    r"""Return a text as a literal of C, whatever is in it.
+    r"""Return any text as a string literal of C.
 
     >>> quoted('a"b\\n')
     '"a\\042b\\134n"'

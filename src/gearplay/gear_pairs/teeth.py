@@ -217,7 +217,7 @@ LIGHTEST = 1e-9
 
 
 def _distance_variables(case: Case, j: int, pair: GearPair, variables: dict[str, Any]) -> dict[str, Any]:
-    """Add what changes with the centre distance, and over the clearance circle; return their coordinates."""
+    """Add the variables over centre distance and over the clearance circle; return their coordinates."""
     play = sum(geometry.clearance_of(case, name) or 0.0 for name in case.meshes[j].rotors)
     around = 1.2 * play or AROUND * pair.first.module
     low, high = pair.range_of_distances

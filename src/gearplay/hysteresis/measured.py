@@ -62,7 +62,7 @@ class Branches:
         return tau
 
     def to_slip(self, friction: float) -> Floats:
-        """Return how far each sample is from where sticking turns into slipping [N m], shape [sample]."""
+        """Return the distance of each sample from the transition of sticking to slipping [N m], shape [sample]."""
         tau, far = self.effective(friction), np.empty_like(self.torque)
         for start, stop, sense in self.runs:
             part = self.torque[start:stop] - sense * friction
@@ -211,7 +211,7 @@ class Fit:
 
 
 def _correlation_factor(left: Floats) -> float:
-    """Return by how much neighbours that are alike enlarge the variance of a mean: (1 + r) / (1 - r), r of the next sample."""
+    """Return the inflation of a mean's variance by autocorrelation: (1 + r) / (1 - r), r at a lag of one sample."""
     square = float(left @ left)
     if square <= 0.0:
         return 1.0

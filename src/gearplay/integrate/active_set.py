@@ -127,7 +127,7 @@ def state_of(system: System, active_set: ActiveSet, i: int, t: float, y: Floats,
 
 @compiled_inline
 def states_of(system: System, active_set: ActiveSet, e: int, t: float, y: Floats, result: Floats) -> None:
-    """Do what `state_of` does for every rotor of element e."""
+    """Apply `state_of` to every rotor of element e."""
     a, b, c = members(system, e)
     state_of(system, active_set, a, t, y, result)
     if b >= 0:
@@ -295,7 +295,7 @@ def fill_lists(system: System, active_set: ActiveSet) -> None:
 
 @compiled_inline
 def note_near(active_set: ActiveSet, i: int) -> None:
-    """Add rotor i to the free rotors beside watched elements."""
+    """Add rotor i to the free rotors of watched elements."""
     if i < 0 or active_set.body_states[i] != FREE:
         return
     for k in range(1, active_set.near[0] + 1):

@@ -40,7 +40,7 @@ def rotation(turn: float, out: Floats) -> tuple[float, float]:
 
 @compiled_inline
 def carried(turn: float, x: float, y: float, out: Floats) -> tuple[float, float, float, float]:
-    """Return how far [m] a place (x, y) on a carrier moves when it turns by an angle [rad], and `rotation` of that.
+    """Return the displacement [m] of a point (x, y) of a carrier that turns by an angle [rad], and `rotation` of the angle.
 
     >>> import numpy as np
     >>> from gearplay.kernels.layout import OUT_SIZE

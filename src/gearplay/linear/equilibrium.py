@@ -163,7 +163,7 @@ class Linear:
         return force
 
     def force_rows(self, e: int, rotor: int, axis: int) -> tuple[Floats, Floats]:
-        """Return what free displacements and velocities change in the force of element e on an axis of a rotor.
+        """Return the derivatives of element e's force on an axis of a rotor by free displacements and velocities.
 
         Shapes [coordinate]; N or N m per m, rad, m/s, rad/s. `matrix` has been there.
         """

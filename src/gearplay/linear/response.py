@@ -46,7 +46,7 @@ class FrequencyResponse(OfDataset):
 
     @property
     def resonances(self) -> dict[str, float]:
-        """Frequency [Hz] at which each output answers most, whatever the parameter."""
+        """Frequency [Hz] of the largest response of each output over all values of the parameter."""
         found, frequency = self.dataset["amplitude"].values, self.dataset["frequency"].values
         found = found if self.parameter is None else found.max(axis=0)
         return {

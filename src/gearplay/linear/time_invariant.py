@@ -52,7 +52,7 @@ class Smooth:
 
 
 def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
-    """Return a case without what varies in time.
+    """Return a case without time-varying terms.
 
     ``load`` is "operating", torques and drags at the nominal speeds, or "none"; ``speed`` [rad/s] is that of the leading rotor,
     None for a train that stands still under its operating load.

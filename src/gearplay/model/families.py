@@ -18,7 +18,7 @@ Family = Callable[[float], Case]
 
 @dataclass(frozen=True)
 class Varied:
-    """A case over one of its fields, or over the parameter of a function that returns cases; numbers in SI.
+    """A case as a function of one of its fields, or a function that returns cases; numbers in SI.
 
     ``path`` is the field's, or the name of the parameter.
     """

@@ -174,7 +174,7 @@ class Starts:
         return radii, 2.0 * math.pi * circles[:, 1], SPREAD_OF_SPEED * kicks, shares, SPREAD_OF_SPEED * pushes
 
     def _drawn_states(self, members: Sequence[int]) -> Floats:
-        """Return what `state` returns for each of several members that draw, shape [member, state]."""
+        """Return the states of several members that draw, shape [member, state]; see `state`."""
         memory = make_memory(self.packed.system)
         radii, angles, kicks, shares, pushes = self._draw(members)
         draws = Draws(
@@ -257,7 +257,7 @@ class Starts:
 
 @lru_cache(maxsize=64)
 def _drawn(seed: int, members: tuple[int, ...], held: int, meshes: int, elastic: int) -> tuple[Floats, ...]:
-    """Return what members draw from (seed, member); kept, since the cases of a sweep have the same members."""
+    """Return the random draws of members from (seed, member); cached, since the cases of a sweep have the same members."""
     circles, kicks = np.zeros((len(members), 2, held)), np.zeros((len(members), held, 2))
     places, pushes = np.zeros((len(members), meshes)), np.zeros((len(members), elastic, 2))
     for m, generator in enumerate(generators(seed, members)):

@@ -41,7 +41,7 @@ def value_at(case: Case, path: str) -> Any:
 
 
 def value_in_si(base: Case, paths: Sequence[str], raw: Any, where: str) -> Any:
-    """Return what a value, perhaps with a unit, becomes at the first of ``paths``, after trying it at all of them.
+    """Return a value, with or without a unit, in SI as a field at the first of ``paths``; it is validated at all of them.
 
     The name of a table's file stays: a resolved case holds the values of the file.
     """
@@ -61,7 +61,7 @@ def number_in_si(base: Case, paths: Sequence[str], raw: Any, where: str) -> floa
 
 
 def factor(raw: Any, where: str) -> float:
-    """Return a factor of what the case has; `InputError` where it is no plain number."""
+    """Return a factor on a value of the case; `InputError` for one that is no plain number."""
     if isinstance(raw, bool) or not isinstance(raw, (int, float)):
         raise InputError.of(where, raw, "must be a plain number, as a factor", "Write it without quotes")
     return float(raw)

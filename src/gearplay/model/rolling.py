@@ -124,7 +124,7 @@ def free_turns(case: "Case") -> NDArray[np.float64]:
 
 
 def _is_locked(case: "Case", places: dict[str, int], name: str, *, held: bool) -> bool:
-    """Return whether a rotor cannot turn whatever the speeds of the others."""
+    """Return whether a rotor cannot turn at any speeds of the others."""
     return _least(len(places), conditions(case, places, held=held), ((places[name], 1.0),), ()) is None
 
 

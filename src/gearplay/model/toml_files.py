@@ -36,7 +36,7 @@ _TOKEN: Final = re.compile(
 
 
 def read_text(path: Path, *, what: str = "case") -> str:
-    """Return the text of a file: a regular file, at most `LARGEST_FILE` bytes, UTF-8; messages name ``what`` it should hold."""
+    """Return the text of a regular file in UTF-8, at most `LARGEST_FILE` bytes; ``what`` names its content in messages."""
     where = shorten(str(path))
     try:
         status = path.stat()

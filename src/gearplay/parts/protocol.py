@@ -106,7 +106,7 @@ class Holder(Part):
         return None
 
     def time_invariant(self) -> Self:
-        """Return the part without what dissipates or varies in its contacts, for a linear system."""
+        """Return the part without dissipation and time-varying terms of its contacts, for a linear system."""
         return self
 
     def findings(self, path: str, *, held: bool, alone: bool) -> Iterator[Finding]:

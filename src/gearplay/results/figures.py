@@ -137,7 +137,7 @@ def title_figure(figure: Any, result: "Result", what: str, window: Window, more:
 
 
 def key_of(case: Any) -> str:
-    """Return which mesh is which where several frequencies are marked."""
+    """Return the legend of the marked mesh frequencies; empty for a single one."""
     names = mesh_names(case)
     return "; " + ", ".join(f"{short} of {mesh}" for short, mesh in names.items()) if len(names) > 1 else ""
 

@@ -22,7 +22,7 @@ class Lack(NamedTuple):
     cure: str = "Simulate with gearplay.simulate"
 
     def error(self, name: str, value: object) -> InputError:
-        """Return the error of what samples alone do not give."""
+        """Return the error of a request that needs the motion and not only samples."""
         return InputError.of(name, value, self.rule, self.cure)
 
 

@@ -58,7 +58,7 @@ class Imported:
 
     @property
     def message(self) -> str:
-        """One sentence: what the case has, and how many notes there are."""
+        """One sentence with the numbers of rotors, meshes and notes."""
         case, counts = self.case, {"assumed": 0, "left out": 0, "not read": 0}
         for note in self.notes:
             counts[note.kind] += 1

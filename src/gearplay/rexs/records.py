@@ -225,7 +225,7 @@ class Gearbox:
     def number(
         self, component: Component, quantity: Quantity | None, *names: str, unit: str = ""
     ) -> float | None:
-        """Return a number in SI, None where there is none; `InputError` for text that is none or a wrong unit."""
+        """Return a number in SI, or None; `InputError` for text that is no number and for a wrong unit."""
         found = self.attribute(component, *names)
         if found is None or self._is_lost(found):
             return None

@@ -250,7 +250,7 @@ class KeptMotion:
         return max(i for i, mark in enumerate(self.marks) if i == 0 or mark.time <= start)
 
     def _pieces(self, start: float, step: float, count: int) -> list[tuple[Mark, int, int]]:
-        """Return the states to go on from, each with its first sample and the one behind its last."""
+        """Return the checkpoints to replay from, each with its first sample and the end of its range."""
         if count == 0:
             return []
         begin = self._begin(start)

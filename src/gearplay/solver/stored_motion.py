@@ -193,7 +193,7 @@ def _check(
 
 
 def _set_up(arrays: dict[str, NDArray[Any]], blank: dict[str, NDArray[Any]], course: Course) -> None:
-    """Fill what a checkpoint does not store: settings, index lists, what a request sets."""
+    """Fill the arrays that a checkpoint does not store: settings, index lists, fields of a request."""
     for name in MADE:
         arrays[name][...] = blank[name]
     clock = arrays["clock"]

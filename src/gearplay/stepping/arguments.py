@@ -14,7 +14,7 @@ LONGEST: Final = 1e6
 
 
 def checked_time(dt: Any) -> float:
-    """Return the length of a step [s]; `InputError` for what is none."""
+    """Return the length of a step [s]; `InputError` for any other value."""
     fits = isinstance(dt, (int, float, np.floating, np.integer)) and not isinstance(dt, bool)
     if not fits or not 0.0 <= dt <= LONGEST:
         raise InputError.of("dt", dt, f"must be a time of 0 to {LONGEST:g} s", "Give the step in seconds")
@@ -22,20 +22,20 @@ def checked_time(dt: Any) -> float:
 
 
 def check_names(name: str, given: Any) -> None:
-    """Raise `InputError` for what is no list of texts."""
+    """Raise `InputError` unless the value is a list of texts."""
     listed = isinstance(given, Sequence) and not isinstance(given, (str, bytes))
     if not listed or not all(isinstance(each, str) for each in given):
         raise InputError.of(name, given, "must be a list of texts", f"Write {name}=[...]")
 
 
 def check_count(name: str, given: Any, most: int, low: int = 1) -> None:
-    """Raise `InputError` for what is no whole number from ``low`` to ``most``."""
+    """Raise `InputError` unless the value is a whole number from ``low`` to ``most``."""
     if rule := Whole(low, most).fault(given):
         raise InputError.of(name, given, rule, "Change it")
 
 
 def checked_inputs(u: Any, *shapes: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return values of inputs, of one of some shapes; `InputError` for others, and for what is no finite number."""
+    """Return values of inputs, of one of some shapes; `InputError` for other shapes and numbers that are not finite."""
     try:
         given = np.asarray(u, dtype=np.float64)
     except (TypeError, ValueError):

@@ -32,7 +32,7 @@ MOST_MEMBERS = 10_000_000
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """All that a stepper goes on from; of `Stepper.snapshot`."""
+    """Complete state of a stepper, returned by `Stepper.snapshot`."""
 
     states: NDArray[np.int64]
     values: Floats
@@ -130,7 +130,7 @@ class Stepper:
         self._y: Floats = self._all[0] if self.batch == 1 else self._all
 
     def reset(self, seed: int | None = None, states: Any = None) -> Floats:
-        """Begin anew at t = 0, inputs as the case has them; return the outputs, shape [output] or [member, output].
+        """Restart at t = 0 with the inputs of the case; return the outputs, shape [output] or [member, output].
 
         Parameters
         ----------
@@ -339,7 +339,7 @@ class Stepper:
 
     @property
     def messages(self) -> list[str]:
-        """What became of each member, in a sentence."""
+        """Status of each member as a sentence."""
         return [WORDS[Status(int(code))] for code in self._table.status]
 
     def __repr__(self) -> str:

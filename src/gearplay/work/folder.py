@@ -85,7 +85,7 @@ class OutputFolder:
             (self.path / IDENTITY).unlink(missing_ok=True)
 
     def finish_replacement(self) -> None:
-        """Finish a replacement that was interrupted, alone in the folder; nothing where there is none."""
+        """Finish an interrupted replacement, as the only user of the folder; do nothing if there is none."""
         if (self.path / STAGING / COMPLETE).exists():
             with locked(self.path):
                 self._move_in()

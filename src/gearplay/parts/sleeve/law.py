@@ -93,7 +93,7 @@ def sleeve_geometry(system: System, n: int, t: float, y: Floats, out: Floats) ->
 
 @compiled_inline
 def _press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
-    """Do what `contact_kinematics` does; return the tangential force [N] on the journal."""
+    """Fill sleeve n's row of the contact table as `contact_kinematics`; return the tangential force [N] on the journal."""
     contacts, out = loads.contacts, loads.out
     sleeve = system.records[KIND][n]
     k = sleeve.contact
@@ -156,7 +156,7 @@ def apply_forces(
 def stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what sleeve n's gap does at (t, y), and for how long [s] it surely stays open (at most ``longest``).
+    """Return the state of sleeve n's gap at (t, y), and a time [s], at most ``longest``, for which it provably stays open.
 
     Works on q = |e|^2 - c^2 with q'' <= 2 (v^2 + c a): smooth through the centre, and without forces exact.
     """
@@ -225,7 +225,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
 
 @compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return what a change z changes in sleeve n's penetration [m] and its rate [m/s], and that rate."""
+    """Return the change by z of sleeve n's penetration [m] and of its rate [m/s], and that rate."""
     sleeve = system.records[KIND][n]
     arm_x, arm_y = row[S_ARM_X], row[S_ARM_Y]
     e_x, e_y, v_x, v_y = seat_motion_change(system, sleeve.journal, sleeve.bush, z, arm_x, arm_y, row[SPIN])
@@ -238,7 +238,7 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of state and stored speeds changes in sleeve n's forces."""
+    """Add the change of sleeve n's forces by a change z of state and stored speeds to ``force`` [rotor, (N, N, N m)]."""
     sleeve = system.records[KIND][n]
     k = sleeve.contact
     loaded = branch.modes[k] == LOADED
@@ -299,7 +299,7 @@ def may_return(
 
 @compiled_inline
 def _power_loss(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
-    """Return the power [W] lost in sleeve n: what its forces take from the rotors beyond what its springs store."""
+    """Return the power [W] dissipated in sleeve n: that of its forces less the rate of its stored energy."""
     sleeve = system.records[KIND][n]
     tangential, out, k = _press(system, n, t, y, branch, loads), loads.out, sleeve.contact
     lost = sleeve.damping * (out[V_X] * out[V_X] + out[V_Y] * out[V_Y])

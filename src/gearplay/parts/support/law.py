@@ -174,7 +174,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in support n's force and torque."""
+    """Add the change of support n's force and torque by a change z of the state to ``force`` [rotor, (N, N, N m)]."""
     support = system.records[KIND][n]
     j, b = support.journal, support.carrier
     away_x, away_y, v_x, v_y = z[x_of(j)], z[y_of(j)], z[vx_of(system, j)], z[vy_of(system, j)]

@@ -46,7 +46,7 @@ class PointResult(NamedTuple):
 
     @classmethod
     def from_part(cls, part: dict[str, Any]) -> "PointResult":
-        """Return it from its JSON-able form."""
+        """Return a point's result from its JSON-able form."""
         tables = {name: np.array(part[name]) for name in ("ensemble", "single")}
         return cls(**{**part, **tables, "wedged": tuple(part["wedged"])})
 

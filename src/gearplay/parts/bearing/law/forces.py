@@ -139,7 +139,7 @@ def apply_forces(
 def stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what the gaps of bearing n do at (t, y), and for how long [s] all surely stay open (at most ``longest``).
+    """Return the state of bearing n's gaps at (t, y), and a time [s], at most ``longest``, for which all provably stay open.
 
     With delta = e.u(phi) - c + w,  delta'' = e''.u + 2 e'.u_phi phi' + e.u_phi phi'' - e.u phi'^2 + w'': each factor is bounded
     over the time considered by its value now and the bounds of the accelerations.

@@ -132,7 +132,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
 def _motion_change(
     bearing: Any, system: System, row: Floats, z: Floats
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """Return what a change z of the state changes in the motion relative to the seat, in the order of the inputs of a slope."""
+    """Return the change by z of the motion relative to the seat, in the order of the inputs of a slope."""
     i, b = bearing.rotor, bearing.carrier
     arm_x, arm_y, spin_b = row[KINEMATICS + ARM_X], row[KINEMATICS + ARM_Y], row[KINEMATICS + SPIN_B]
     e_x, e_y, v_x, v_y = seat_motion_change(system, i, b, z, arm_x, arm_y, spin_b)
@@ -142,7 +142,7 @@ def _motion_change(
 
 @compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return what a change z changes in the penetration of switch s of bearing n [m] and in its rate [m/s], and that rate."""
+    """Return the change by z of the penetration of switch s of bearing n [m] and of its rate [m/s], and that rate."""
     bearing, at = system.records[KIND][n], s // PER_CONTACT
     e_x, e_y, v_x, v_y, turn_a, turn_b, spin_a, spin_b = _motion_change(bearing, system, row, z)
     angle = row[KINEMATICS + CAGE] + at * (2.0 * math.pi / bearing.contacts)
@@ -175,7 +175,7 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in bearing n's forces."""
+    """Add the change of bearing n's forces by a change z of the state to ``force`` [rotor, (N, N, N m)]."""
     bearing = system.records[KIND][n]
     i, b = bearing.rotor, bearing.carrier
     change = _motion_change(bearing, system, row, z)
