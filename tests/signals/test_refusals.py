@@ -51,7 +51,7 @@ BAD = {
 
 @pytest.mark.parametrize("bad", BAD)
 @pytest.mark.parametrize("analysis", ANALYSES)
-def test_bad_records_are_refused_by_every_analysis(analysis: str, bad: str) -> None:
+def test_analyses__bad_records_are_refused(analysis: str, bad: str) -> None:
     with pytest.raises(InputError, match=r"^acc\.(values|sampling) = .*: must .*\.") as caught:
         ANALYSES[analysis](BAD[bad])
     assert len(caught.value.faults) == 1
@@ -83,7 +83,7 @@ def test_functions_of_signals__an_unknown_argument_or_another_class_is_refused()
 
 
 @pytest.mark.parametrize("analysis", ANALYSES)
-def test_a_constant_or_whole_numbered_record_is_taken(analysis: str) -> None:
+def test_analyses__a_constant_or_integer_record_is_accepted(analysis: str) -> None:
     ANALYSES[analysis](Channel("acc", np.zeros(2000), 1000.0))
     ANALYSES[analysis](Channel("acc", np.arange(2000) % 7, 1000.0))  # type: ignore[arg-type]
 
@@ -134,13 +134,13 @@ REFUSED: dict[str, tuple[str, Callable[[], object]]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_impossible_settings_are_refused(case: str) -> None:
+def test_analyses__impossible_settings_are_refused(case: str) -> None:
     path, call = REFUSED[case]
     with pytest.raises(InputError, match=rf"^{path} = .*: must .*\. \S.*\.$") as caught:
         call()
     assert len(caught.value.faults) == 1
 
 
-def test_too_fine_a_spectrogram_is_refused() -> None:
+def test_spectrogram__too_fine_a_one_is_refused() -> None:
     with pytest.raises(InputError, match="overlap"):
         spectrogram(Channel("a", np.zeros(3_000_000), 1e5), overlap=0.95)
