@@ -162,7 +162,7 @@ def _machine(case: Source | None, teeth: str | None, bearings: str | Sequence[st
 
 def _nominal(path: str, machine: Machine, speed: float | str | None) -> float:
     """Return the given speed of the first shaft, else the nominal one of the case [Hz]."""
-    from gearplay.schema.units import UnitError, parse_quantity
+    from gearplay.schema.units import quantity_of
     from gearplay.vocabulary.quantities import ANGULAR_SPEED
 
     if speed is None:
@@ -170,10 +170,7 @@ def _nominal(path: str, machine: Machine, speed: float | str | None) -> float:
             rule = "must be given, within 2 % of the first shaft's"
             raise InputError.of("speed", "nothing", rule, 'Write for example "1797 rpm"')
         return machine.speed
-    try:
-        omega = abs(parse_quantity(speed, ANGULAR_SPEED))
-    except UnitError as error:
-        raise InputError.of("speed", speed, error.rule, error.cure) from None
+    omega = abs(quantity_of("speed", speed, ANGULAR_SPEED))
     if omega == 0.0:
         raise InputError.of(
             "speed", speed, "must not be 0: lines count by it", f"Give the speed of the {path}"

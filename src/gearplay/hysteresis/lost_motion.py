@@ -15,7 +15,7 @@ from gearplay.hysteresis.cycle import Numbers, numbers_of, torque_cycle
 from gearplay.hysteresis.held import Held, held
 from gearplay.hysteresis.result import LostMotion, dataset_of
 from gearplay.hysteresis.slow_run import slow_cycle
-from gearplay.hysteresis.torques import quantity_of, stages_of
+from gearplay.hysteresis.torques import positive_of, stages_of
 from gearplay.model.case import Case
 from gearplay.model.reading import Source, replace
 from gearplay.results.provenance import provenance
@@ -120,7 +120,7 @@ def lost_motion(
     assert at is not None
     assert hold is not None
     base = case_of(case)
-    rated = quantity_of("torque", torque, q.TORQUE)
+    rated = positive_of("torque", torque, q.TORQUE)
     ends = stages_of(stages, rated)
     whole = held(base, at, hold)
     _check_friction(whole, ends[0])
@@ -130,7 +130,7 @@ def lost_motion(
         curve = torque_cycle(Train(whole), rated, ends, cycles=cycles)
         parts = parts_of(Train(whole), rated)
     else:
-        curve, parts = slow_cycle(whole, rated, cycles, quantity_of("period", period, q.TIME)), {}
+        curve, parts = slow_cycle(whole, rated, cycles, positive_of("period", period, q.TIME)), {}
     found = numbers_of(curve, rated, ends)
     more: dict[str, tuple[Any, list[Numbers]]] = {}
     if positions is not None:
@@ -140,7 +140,7 @@ def lost_motion(
         more["member"] = study.over_cases("members", drawn_cases(design, base))
     if temperatures is not None:
         kelvin = [
-            quantity_of(f"temperatures.{k}", each, q.TEMPERATURE) for k, each in enumerate(temperatures)
+            positive_of(f"temperatures.{k}", each, q.TEMPERATURE) for k, each in enumerate(temperatures)
         ]
         _, rows = study.over_cases("temperatures", [_at_temperature(base, each) for each in kelvin])
         more["temperature"] = np.array(kelvin), rows

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gearplay.hysteresis.cycle import LINEAR, POINTS, SMALL, Curve, Numbers, numbers_of
 from gearplay.hysteresis.result import FIELDS, STAGE_NAMES, WORDS, LostMotion, dataset_of, in_arcmin
 from gearplay.hysteresis.table_reading import Measured, read_curve
-from gearplay.hysteresis.torques import quantity_of, stages_of
+from gearplay.hysteresis.torques import positive_of, stages_of
 from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import TORQUE
 from gearplay.vocabulary.version import VERSION
@@ -253,7 +253,7 @@ def measured_lost_motion(
     largest = float(np.max(np.abs(record.torque)))
     if largest == 0.0:
         raise InputError.of("columns", "torque", "must not be 0 throughout", "Name the column of the torque")
-    rated = largest if torque is None else quantity_of("torque", torque, TORQUE)
+    rated = largest if torque is None else positive_of("torque", torque, TORQUE)
     if rated > 1.1 * largest:
         rule = f"must be reached by the record, whose largest torque is {largest:.4g} N m"
         raise InputError.of("torque", f"{rated:.4g} N m", rule, "Lower it, or leave it out")

@@ -14,7 +14,7 @@ from gearplay.hysteresis.clearances import design_of, drawn_cases
 from gearplay.hysteresis.cycle import ARCMIN, LINEAR, half_width_of
 from gearplay.hysteresis.held import Held, held
 from gearplay.hysteresis.snippets import modelica_text, mujoco_text, urdf_text
-from gearplay.hysteresis.torques import quantity_of
+from gearplay.hysteresis.torques import positive_of
 from gearplay.model.reading import Source
 from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
@@ -148,7 +148,7 @@ def reduce(
     if given == 0.0:
         rule = "is required, since the output has no load torque"
         raise InputError.of("torque", None, rule, "Give the rated torque")
-    rated = quantity_of("torque", given, q.TORQUE)
+    rated = positive_of("torque", given, q.TORQUE)
     found = _joint(whole, rated)
     design = design_of(tolerances, base, members)
     rows = (

@@ -16,7 +16,7 @@ from gearplay.model.families import Family, Varied
 from gearplay.model.field_units import unit_at
 from gearplay.model.reading import Source
 from gearplay.results.simulate import case_of
-from gearplay.schema.units import UnitError, parse_quantity
+from gearplay.schema.units import quantity_of
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import InputError, ResourceError
 
@@ -215,9 +215,4 @@ def _check_length(name: str, given: Any) -> None:
 
 def speed_of(value: Any) -> float | None:
     """Return a speed [rad/s] that is given as a number or with a unit; None for none. Raises `InputError` for anything else."""
-    if value is None:
-        return None
-    try:
-        return parse_quantity(value, q.ANGULAR_SPEED)
-    except UnitError as error:
-        raise InputError.of("speed", value, error.rule, error.cure) from None
+    return None if value is None else quantity_of("speed", value, q.ANGULAR_SPEED)
