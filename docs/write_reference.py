@@ -25,23 +25,22 @@ def entries() -> list[tuple[str, Any]]:
 
 
 def entry(name: str, found: Any) -> str:
-    """Return the directive of one name; of a class its public methods with it."""
+    """Return the directive of one name; of a class its public methods with it, inherited ones too."""
     options = {"heading": name, "toc_label": name.removeprefix("gp.")}
     lines = [f"::: {found.__module__}.{found.__qualname__}", "    options:"]
     lines += [f"      {key}: {value}" for key, value in options.items()]
     if inspect.isclass(found) and not issubclass(found, Exception):
-        own = [
-            key
-            for key, value in vars(found).items()
-            if not key.startswith("_") and getattr(value, "__doc__", None)
-        ]
+        bases = [each for each in found.__mro__ if each.__module__.startswith("gearplay.")]
+        own = {key: value for each in reversed(bases) for key, value in vars(each).items()}
         methods = [
             key
-            for key in own
-            if callable(vars(found)[key]) or isinstance(vars(found)[key], property | classmethod)
+            for key, value in own.items()
+            if not key.startswith("_")
+            and value.__doc__
+            and (callable(value) or isinstance(value, property | classmethod))
         ]
         if methods:
-            lines += [f"      members: [{', '.join(methods)}]"]
+            lines += [f"      members: [{', '.join(methods)}]", "      inherited_members: true"]
     return "\n".join(lines) + "\n"
 
 

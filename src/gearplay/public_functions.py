@@ -11,7 +11,7 @@ from typing import Any, Final
 from gearplay.files.atomic import shown_path
 from gearplay.files.netcdf import opened, read_dataset
 from gearplay.vocabulary.arguments import checked_function
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 RESULTS: Final = MappingProxyType(
     {
@@ -56,8 +56,8 @@ def _seconds(name: str, text: str) -> float:
     try:
         return parse_quantity(text, TIME)
     except UnitError as error:
-        raise InputError(
-            Fault(name, text, error.rule, "Write for example 10 ms, or a number of seconds")
+        raise InputError.of(
+            name, text, error.rule, "Write for example 10 ms, or a number of seconds"
         ) from None
 
 
@@ -109,7 +109,7 @@ def read_result(path: str | os.PathLike[str]) -> Any:
     kind = str(dataset.attrs.get(KIND, ""))
     if kind not in RESULTS:
         rule = "must be a file of a saved result"
-        raise InputError(Fault("file", shown_path(place), rule, "Open it with xarray.open_dataset"))
+        raise InputError.of("file", shown_path(place), rule, "Open it with xarray.open_dataset")
     return _result_class(kind).from_dataset(dataset)
 
 

@@ -117,7 +117,7 @@ def test_a_condition_left_out_is_predicted_by_the_others() -> None:
     assert found.residuals == pytest.approx(matrix[~inside] @ mean - y[~inside], abs=0.02)
 
 
-def test_a_condition_that_is_left_out_has_no_part_in_its_own_prediction() -> None:
+def test_leave_one_out__a_condition_does_not_affect_its_own_prediction() -> None:
     """Twice what was measured under one condition: the error shows there in full, and nothing else moves."""
     plan = small_plan()
     problem = KnownProblem(plan, plan.models[0])
@@ -159,7 +159,7 @@ def test_a_duel_needs_odds_and_predictions(evidence: float, ahead: list[float], 
     assert duel.winner == winner
 
 
-def test_what_other_trials_would_say_is_part_of_a_duels_error() -> None:
+def test_pairwise_comparison__error_includes_the_choice_of_trials() -> None:
     """Odds and predictions that two emulators leave open decide nothing."""
     sure = [standing("coupled", 10.0, [2.0, 3.0, 2.5, 2.0]), standing("uncoupled", 0.0, [0.0] * 4)]
     assert compare_pairs(sure)[0].winner == "coupled"

@@ -308,7 +308,7 @@ def test_a_density_is_one_for_the_prior_and_integrates_to_one() -> None:
     assert at[density.argmax()] == pytest.approx(0.3)
 
 
-def test_a_pair_plot_of_many_parameters_shows_those_told_best() -> None:
+def test_pair_plot__has_the_best_identified_parameters() -> None:
     plan = small_plan()
     fit = fits_of(plan)[0]
     spread = np.array([0.1, 0.01, 0.2, 0.02, 0.03, 0.3, 0.04, 0.05, 0.06, 0.07])
@@ -354,7 +354,7 @@ def test_what_is_no_document_is_refused(text: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_fit_that_rests_on_its_start_is_told_of_in_the_answer(written: Any, tmp_path: Path) -> None:
+def test_tone_fit__a_result_at_its_start_is_reported(written: Any, tmp_path: Path) -> None:
     plan, fits, _, document = written
     dying = Drift("slow", "radial", "amplitude", 20.0, -2.0, 0.01)
     changing = [dataclasses.replace(fits[0], drift=(dying,)), *fits[1:]]

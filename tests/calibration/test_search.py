@@ -41,9 +41,7 @@ def test_a_search_killed_twenty_times_reaches_the_same_trials(whole: ListStore) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("turn", [1, 3])
-def test_a_search_that_goes_on_asks_for_the_very_point_of_one_that_never_stopped(
-    turn: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_search__a_resumed_one_requests_the_same_points(turn: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """To the last bit: points that differ in the seventh digit are rounded to different ones now and then."""
     monkeypatch.setattr(search, "TURN", turn)  # 1: each is TPE's
     never, trials = Search(PROBLEM, COMPARISONS, []), []

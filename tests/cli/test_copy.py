@@ -106,5 +106,5 @@ def test_short_options_of_run_are_the_fields_of_the_case() -> None:
     assert one["case_sha256"] == other["case_sha256"] != gp.load_case("han2021").sha256
 
 
-def test_places_of_what_comes_with_the_package_are_not_empty() -> None:
+def test_package_data__folders_are_not_empty() -> None:
     assert all(KNOWN[kind] for kind in PLACES)

@@ -33,7 +33,7 @@ def run(*words: str) -> None:
     app(args=list(words), standalone_mode=False)
 
 
-def test_it_writes_the_record_and_says_what_is_in_it(
+def test_measure_command__writes_the_record_and_lists_its_content(
     tmp_path: Path, written: list[tuple[Record, Path]], capsys: pytest.CaptureFixture[str]
 ) -> None:
     rig = tmp_path / "rig.toml"

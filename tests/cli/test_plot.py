@@ -120,7 +120,7 @@ def test_faults(words: list[str], rule: str, results: Results, capsys: pytest.Ca
 
 
 @pytest.mark.slow
-def test_what_is_no_result_is_told_what_to_do(
+def test_read_result__another_file_is_refused_with_a_cure(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], results: Results
 ) -> None:
     assert run(["plot", "han2021"]) == 2

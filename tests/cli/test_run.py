@@ -148,7 +148,7 @@ def test_ctrl_c_after_the_run_leaves_its_whole_result(
 @pytest.mark.slow
 @pytest.mark.hostile
 @pytest.mark.parametrize("old", [False, True])
-def test_ctrl_c_before_the_file_has_its_name_says_so(
+def test_ctrl_c__before_the_file_is_renamed_is_reported(
     old: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said
 ) -> None:
     out = tmp_path / "x.nc"
@@ -201,7 +201,7 @@ def test_after_ctrl_c_anothers_result_is_not_taken_for_ours(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("whole", "partial"), [(False, False), (True, False), (False, True)])
-def test_a_part_never_replaces_what_came_up_while_it_was_saved(
+def test_partial_result__does_not_replace_a_newer_one(
     whole: bool, partial: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said
 ) -> None:
     """Another run of the same command has ended by then."""

@@ -722,7 +722,7 @@ def test_an_overwrite_that_cannot_go_on_begins_anew(
 @pytest.mark.slow
 @pytest.mark.hostile
 @pytest.mark.parametrize("at", [".of", "plan.json", "sweep.nc"])
-def test_resume_goes_on_where_a_new_result_was_being_put_into_its_place(
+def test_resume__finishes_an_interrupted_replacement(
     at: str, few: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     finish(few, tmp_path)

@@ -58,7 +58,7 @@ def test_the_answers_are_written_and_kept(tmp_path: Path, capsys: pytest.Capture
     assert {path: path.stat().st_mtime_ns for path in before} == before  # nothing was simulated twice
 
 
-def test_a_limit_in_a_wrong_unit_is_told_before_anything_runs(
+def test_limit__a_wrong_unit_is_reported_before_the_simulations(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     plan = written(tmp_path, {**PLAN, "tolerance": {**PLAN["tolerance"], "limit": "3 um"}})

@@ -129,9 +129,7 @@ def test_a_page_fetches_nothing_from_elsewhere(pages: dict[Path, Page]) -> None:
 
 
 @pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"])
-def test_links_of_what_lies_beside_the_docs_lead_somewhere(
-    name: str, site: Path, pages: dict[Path, Page]
-) -> None:
+def test_links__of_files_outside_the_docs_exist(name: str, site: Path, pages: dict[Path, Page]) -> None:
     for link in MARKDOWN_LINK.findall((ROOT / name).read_text(encoding="utf-8")):
         if link.startswith(ELSEWHERE):
             continue

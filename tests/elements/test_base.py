@@ -244,7 +244,7 @@ def test_a_record_may_lie_in_a_file_beside_its_case(tmp_path: Path) -> None:
         gp.load_case(tmp_path / "case.toml")
 
 
-def test_a_short_run_sees_a_part_of_a_longer_record() -> None:
+def test_housing_record__a_short_run_uses_its_beginning() -> None:
     """A record of 0.03 s would hold no line between 20 and 22 Hz, so no motion at all."""
     narrow = [[20.0, 1.0], [22.0, 1.0]]
     squares = []
@@ -302,7 +302,7 @@ def test_the_bundled_pulsating_pair_repeats_with_its_turn() -> None:
 
 
 @pytest.mark.compiled
-def test_each_member_may_stand_on_a_housing_of_its_own() -> None:
+def test_housing_record__may_differ_by_member() -> None:
     """Told so, members have other records; members and seeds decide them; member 0, and a case not told so, have the seed's."""
     density = [[20.0, 1.0], [200.0, 1.0]]
 

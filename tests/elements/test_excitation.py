@@ -92,7 +92,7 @@ def test_a_load_that_opposes_nothing_is_refused() -> None:
         gp.simulate(gp.load_case(disc({}, {"terms": [{"frequency": 1.0, "amplitude": 1.0}]}, omega=0.0)))
 
 
-def test_a_torque_from_a_table_is_what_it_samples(measured: Measured) -> None:
+def test_torque_table__equals_the_sampled_torque(measured: Measured) -> None:
     """Half a sine of a drive and of a load, in time, by their splines; before and after them nothing."""
     sampling, f = 4000.0, 50.0
     times = np.arange(41) / sampling  # half a period

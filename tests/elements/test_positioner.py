@@ -125,7 +125,7 @@ def geared(**drive: Any) -> Document:
 
 @pytest.mark.compiled
 @pytest.mark.parametrize("sample_time", [0.0, 1e-3])
-def test_a_load_side_sensor_brings_the_output_to_its_angle(sample_time: float) -> None:
+def test_load_side_sensor__the_output_reaches_the_commanded_angle(sample_time: float) -> None:
     """The output turns against the motor: the torque's sign follows from the train; the error stays within the backlash."""
     document = geared(
         angle="5 deg", sensor="output", proportional_gain=2.0, derivative_gain=0.15, sample_time=sample_time

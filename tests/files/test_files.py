@@ -286,7 +286,7 @@ def test_a_folder_below_a_file_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_file_that_hangs_or_crashes_its_reader_takes_nobody_along(
+def test_sandbox__a_hang_or_crash_of_the_reader_is_contained(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     a_result().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")

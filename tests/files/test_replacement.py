@@ -158,19 +158,19 @@ def test_a_command_that_is_killed_twice_loses_neither(
     assert sorted(each.name for each in tmp_path.iterdir()) == sorted({name.split("/")[0] for name in NEW})
 
 
-def test_what_a_kill_left_half_written_is_not_put_into_the_place(tmp_path: Path) -> None:
+def test_replacement__an_incomplete_staging_folder_is_not_used(tmp_path: Path) -> None:
     write(tmp_path, OLD)
     write(place(tmp_path), {**NEW, "..whole.0123456789ab.part": "", ".result.nc.0123456789ab.part": "half"})
     output(tmp_path).replace_with(tmp_path / ".new")
     assert held(tmp_path) == NEW
 
 
-def test_a_folder_with_nothing_to_settle_is_not_even_made(tmp_path: Path) -> None:
+def test_finish_replacement__makes_no_folder(tmp_path: Path) -> None:
     output(tmp_path / "nowhere").finish_replacement()
     assert not (tmp_path / "nowhere").exists()
 
 
-def test_the_same_command_reports_what_a_failed_disk_put_off(
+def test_report__is_written_by_the_same_command_after_a_failed_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It is whole and in its place: nothing is begun anew."""

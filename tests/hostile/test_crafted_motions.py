@@ -50,7 +50,7 @@ def crafted(place: Path, to: Path, change: Callable[[h5py.File], None]) -> Path:
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_damage_is_refused(whole: Path, tmp_path: Path, tried: Callable[[int], None]) -> None:
+def test_stored_motion__damage_is_refused(whole: Path, tmp_path: Path, tried: Callable[[int], None]) -> None:
     content, generator, place = whole.read_bytes(), np.random.default_rng(3), tmp_path / "run.nc"
     said: set[str] = set()
     expected = gp.read_result(whole).signal("output.omega")
@@ -206,7 +206,7 @@ def test_tables_that_do_not_fit_are_refused(name: str, whole: Path, tmp_path: Pa
     assert "\n" not in str(caught.value)
 
 
-def test_a_motion_that_its_case_does_not_have_is_refused(whole: Path, tmp_path: Path) -> None:
+def test_stored_motion__of_another_case_is_refused(whole: Path, tmp_path: Path) -> None:
     """A velocity off by a part in a million: the replay does not arrive at the next checkpoint."""
 
     def change(file: h5py.File) -> None:
@@ -263,7 +263,7 @@ print(fine, refused)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
-def test_numbers_that_were_changed_crash_nothing(
+def test_stored_motion__changed_numbers_crash_nothing(
     seed: int, whole: Path, tmp_path: Path, tried: Callable[[int], None]
 ) -> None:
     """In a process of its own: a crash is one there."""

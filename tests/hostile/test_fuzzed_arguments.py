@@ -220,7 +220,7 @@ ASKING = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ask", ASKING, ids=range(len(ASKING)))
-def test_what_would_take_for_ever_is_refused_with_an_estimate(
+def test_excessive_work__is_refused_with_an_estimate(
     ask: Callable[[], Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Within a second, on a machine that does nothing else; no kernel is called before."""

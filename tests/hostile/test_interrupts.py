@@ -178,14 +178,14 @@ except KeyboardInterrupt:
 """
 
 
-def test_a_ctrl_c_while_another_is_being_heard_hangs_nothing() -> None:
+def test_ctrl_c__a_second_one_during_the_first_does_not_hang() -> None:
     """Wrappers send one to their group and one to their child, microseconds apart; an event that is being set is locked."""
     done = subprocess.run([sys.executable, "-c", TWICE], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted\n", "")
 
 
 @pytest.mark.slow
-def test_a_second_ctrl_c_destroys_nothing_and_a_part_replaces_nothing(tmp_path: Path) -> None:
+def test_second_ctrl_c__keeps_old_results_and_replaces_none_by_a_part(tmp_path: Path) -> None:
     """A whole result is there; the run that is to replace it is stopped, twice at once: it stays, the part lies beside it."""
     gp.simulate("han2021", duration=0.1).save(tmp_path / "out.nc")
     before = (tmp_path / "out.nc").read_bytes()

@@ -17,7 +17,7 @@ def gearplay(words: str, streams: str, folder: Path) -> subprocess.CompletedProc
 
 @pytest.mark.slow
 @pytest.mark.parametrize("streams", [">&-", "2>&-", ">&- 2>&-", "<&-", "<&- >&- 2>&-", "2>/dev/full"])
-def test_a_closed_stream_loses_nothing_but_what_it_would_show(streams: str, tmp_path: Path) -> None:
+def test_closed_stream__only_its_output_is_lost(streams: str, tmp_path: Path) -> None:
     ended = gearplay("copy han2021 --out mine.toml", streams, tmp_path)
     assert ended.returncode == 0, ended.stderr
     assert ended.stderr == ""

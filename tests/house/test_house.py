@@ -20,7 +20,7 @@ PUBLIC = [(room, name) for room, name in NAMES + SIGNALS if not inspect.ismodule
 
 
 @pytest.mark.parametrize(("room", "name"), PUBLIC, ids=[f"{room.__name__}.{name}" for room, name in PUBLIC])
-def test_every_public_name_says_what_it_takes_and_shows_itself(room: Any, name: str) -> None:
+def test_public_names__have_parameters_and_a_representation(room: Any, name: str) -> None:
     """Doctests run, so that an example that is there is an example that works."""
     it = getattr(room, name)
     words = inspect.getdoc(it) or ""
@@ -53,7 +53,7 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
 
 
 @pytest.mark.slow
-def test_no_message_below_the_command_line_names_its_options() -> None:
+def test_messages__name_no_command_line_options_outside_cli() -> None:
     """Whoever calls from Python has arguments: `cli.options` says them as options."""
     found = []
     for path in sorted(SOURCE.rglob("*.py")):

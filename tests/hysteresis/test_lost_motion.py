@@ -348,7 +348,7 @@ def test_refusals(changes: dict[str, Any], words: str) -> None:
         gp.lost_motion(article(0.0, 1e-4), **{"at": "ring", "hold": "pinion", "torque": 50.0} | changes)
 
 
-def test_what_is_not_held_or_rubs_too_much_is_refused() -> None:
+def test_lost_motion__a_free_train_or_excessive_friction_is_refused() -> None:
     with pytest.raises(gp.InputError, match=r"must keep stage\.carrier from turning"):
         gp.lost_motion(gp.replace("planetary-reducer", {"planetary.stage.ring.fixed": False}), at="stage.carrier",
                        hold="stage.sun", torque=5.0)  # fmt: skip

@@ -82,7 +82,7 @@ def test_a_set_that_is_given_one_speed_turns_as_a_block() -> None:
     assert np.all(run.signal("drive_force", "sun-planet")[:100] == 0.0)
 
 
-def test_a_carrier_that_is_turned_and_moved_takes_its_planets_along() -> None:
+def test_moved_carrier__planets_move_with_it() -> None:
     document = epicyclic(
         "coupled", rotors={"carrier": {"floating": True, "initial": {"theta": 0.5, "x": 1e-3, "vy": 0.2}}}
     )

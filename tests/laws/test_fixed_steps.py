@@ -77,7 +77,7 @@ def smooth_cases() -> dict[str, gp.Case]:
 
 
 @pytest.mark.parametrize("name", list(smooth_cases()))
-def test_between_contacts_it_is_the_same_where_they_are_judged(name: str) -> None:
+def test_free_motion__does_not_depend_on_where_contacts_are_evaluated(name: str) -> None:
     """The stages take no samples of a servo."""
     smooth = smooth_cases()[name]
     frozen, judged = (
@@ -200,7 +200,7 @@ def test_every_step_has_its_length(contacts: str) -> None:
 
 
 @pytest.mark.parametrize("contacts", SCHEMES)
-def test_pieces_do_not_change_the_motion(contacts: str) -> None:
+def test_motion__does_not_depend_on_chunks(contacts: str) -> None:
     """The course of a flow, followed in pieces that are whole steps, is that of the run, bit for bit."""
     changes = {"run.fixed_step": 2.0**-19, "run.fixed_step_contacts": contacts}
     plain = replace(case(**{"rotors.ring.initial": {"vx": 2e-3}}), changes)

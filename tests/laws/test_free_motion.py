@@ -96,7 +96,7 @@ def test_flight_on_a_housing_that_shakes(motion: str, damping: float) -> None:
 
 @pytest.mark.parametrize("damping", [0.0, 0.3])
 @pytest.mark.parametrize("motion", SHAKEN)
-def test_a_flight_is_sampled_as_it_is_flown(motion: str, damping: float) -> None:
+def test_free_motion_samples__equal_those_of_steps(motion: str, damping: float) -> None:
     """Signals in flight against those of steps taken: a disc whose unbalance, far too little to matter, must be integrated."""
 
     def signals(unbalance: float) -> tuple[Floats, int]:
@@ -122,7 +122,7 @@ def test_a_flight_is_sampled_as_it_is_flown(motion: str, damping: float) -> None
     assert flights < steps / 4
 
 
-def test_a_sine_too_slow_for_its_closed_form_is_integrated() -> None:
+def test_housing_sine__too_slow_for_the_closed_form_is_integrated() -> None:
     """10 m/s^2 at 0.05 Hz go 100 m to and fro, whose rounding would be seen by touches; at 5 Hz 1 cm."""
 
     def flies(frequency: float) -> bool:

@@ -211,7 +211,7 @@ def test_a_stiff_coupling_makes_one_rotor_of_two(measured: Measured) -> None:
     assert 0.03 * errors[0] < errors[1] < 0.3 * errors[0]
 
 
-def test_what_is_shown_in_flight_is_newton_s_law() -> None:
+def test_free_motion_signals__satisfy_newtons_law() -> None:
     """Samples of flights: the flywheel's acceleration is that of the coupling's torque, k phi + c phi', to rounding."""
     k, c = 2e3, 0.1
     result = gp.simulate(case_of(rattling(torsional_stiffness=k, torsional_damping=c)))

@@ -31,7 +31,7 @@ def test_a_swing_that_has_died_needs_no_looks() -> None:
     assert run.counters.calls < 20_000
 
 
-def test_an_undamped_swing_flies_for_as_long_as_it_is_asked_to() -> None:
+def test_undamped_oscillation__free_motion_lasts_the_requested_time() -> None:
     """Looks go on as the swing does, half a million times; it is no contact that hovers."""
     run = gp.simulate(case_of(disc_in_sleeve(1e8, 0.0, 60.0)), signals=["x"])
     assert run.success

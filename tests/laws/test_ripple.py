@@ -52,7 +52,7 @@ def rippling_pair(kind: str = "internal", speed: float = SPEED, **changes: Docum
 @pytest.mark.parametrize(
     "signals", [None, ["pinion.theta", "pinion.omega"]], ids=["all signals", "no forces"]
 )
-def test_the_driven_shaft_follows_the_closed_form(
+def test_driven_shaft__follows_the_closed_form(
     held: bool, speed: float, signals: list[str] | None, measured: Measured
 ) -> None:
     """Through impacts, sustained contact and flight, whatever the tolerance: angle and speed are exact at every sample."""
@@ -73,7 +73,7 @@ def test_the_driven_shaft_follows_the_closed_form(
     assert worst < 1e-12
 
 
-def test_a_shaft_that_nothing_touches_follows_it_too() -> None:
+def test_untouched_shaft__follows_the_closed_form() -> None:
     """Blocks of samples in flight are filled by a loop of their own."""
     disc = {"mass": 1.0, "inertia": 1e-3, "drive": {"kind": "speed", "speed": SPEED, "ripple": RIPPLE}}
     run = simulate_one({"rotors": {"disc": disc}, "run": {"duration": 1.0, "sampling": 1e4}})

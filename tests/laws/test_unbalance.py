@@ -61,7 +61,7 @@ def test_a_held_disc_is_a_pendulum(shaken: bool, measured: Measured) -> None:
     assert np.ptp(psi) > 0.2
 
 
-def test_a_rotor_on_a_support_whirls_as_jeffcott_says(measured: Measured) -> None:
+def test_rotor_on_support__whirls_as_the_jeffcott_rotor(measured: Measured) -> None:
     """Driven at a constant speed above its critical one: the axis circles at U w^2 / (k - m w^2), against the unbalance."""
     k, speed = 2e5, 1000.0
     radius = AMOUNT * speed**2 / (k - MASS * speed**2)

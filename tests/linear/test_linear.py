@@ -46,7 +46,7 @@ def torsional() -> gp.Case:
     )
 
 
-def test_the_response_of_a_linear_case_is_what_its_simulation_settles_to(measured: Measured) -> None:
+def test_linear_response__equals_the_settled_simulation(measured: Measured) -> None:
     case = torsional()
     result = gp.simulate(case)
     t = result.time()

@@ -150,7 +150,7 @@ def lin_parker_modes(carrier: float) -> np.ndarray:
     return np.sort(values[values > 1.0]) / (2.0 * math.pi)
 
 
-def test_a_torque_turns_a_set_as_what_is_fixed_lets_it() -> None:
+def test_planetary_set__turns_by_the_ratio_of_its_fixed_member() -> None:
     """Willis: with the ring fixed the carrier turns 27/124 of the sun; translational modes part as when a speed drives it.
 
     657.664 and 748.050 Hz by Lin and Parker's matrices, which have no loads, and here where flanks keep their nominal places

@@ -147,7 +147,7 @@ def test_elements_that_can_do_nothing_are_found(changes: dict[str, Any], path: s
     assert words in warnings(replace(sound, changes))[path]
 
 
-def test_a_record_that_ends_before_the_run_is_told() -> None:
+def test_housing_record__an_end_before_the_run_is_reported() -> None:
     case = replace(load_case(ELEMENTS), {"base": {"acceleration": STEP}})
     notes = {each.path: each.message for each in check_case(case)}
     assert "ends at 0.003 s, the run at 0.1 s" in notes["base.acceleration.values"]
@@ -171,7 +171,9 @@ def test_a_record_that_ends_before_the_run_is_told() -> None:
         ),
     ],
 )
-def test_what_a_run_would_show_of_its_start_is_told(changes: list[str], path: str, words: str) -> None:
+def test_transient_check__remains_of_the_start_are_reported(
+    changes: list[str], path: str, words: str
+) -> None:
     case = load_case("han2021", changes)
     found = [each for each in check_case(case) if each.path == path and each.severity == "warning"]
     assert len(found) == 1

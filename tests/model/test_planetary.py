@@ -158,7 +158,7 @@ def test_what_cannot_be_is_refused_with_its_reason(changes: dict[str, Any], word
     )  # nothing that follows from it
 
 
-def test_planets_may_be_off_by_a_tenth_of_a_micrometre_and_are_told_where_they_should_be() -> None:
+def test_planet_positions__an_error_above_a_tenth_of_a_micrometre_is_refused_with_the_right_place() -> None:
     turn = 2.0 * math.pi * 30 / 80
     whole = gp.load_case(planetary_document(planets={"count": 2, "angles": [0.0, turn]}))
     radius = 0.5 * whole.planetary["stage"].module * (20 + whole.planetary["stage"].planets.teeth)

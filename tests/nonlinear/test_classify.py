@@ -180,7 +180,7 @@ def test_noise_is_not_chaos() -> None:
     assert "finer resolution" in classify(3.0 * generator.normal(size=600), resolution=1.0).reason
 
 
-def test_chaos_that_is_looked_at_too_seldom_is_chaos_where_its_exponent_is_known() -> None:
+def test_classification__undersampled_chaos_is_chaos_given_its_exponent() -> None:
     """Every twelfth step of a logistic map, whose neighbours part by a factor of two a step, looks like noise."""
     seldom = logistic(4.0 - 1e-9, 0.3, 12 * 600)[::12]
     alone = classify(seldom, resolution=1e-5)
@@ -229,7 +229,7 @@ def test_closeness_is_kept_on_a_torus_and_lost_in_chaos() -> None:
     assert np.isnan(closeness_loss(scaled, 1.0))  # no two states are closer than what means nothing
 
 
-def test_forecast_error_tells_chaos_from_noise_with_and_without_memory() -> None:
+def test_forecast_error__separates_chaos_from_white_and_coloured_noise() -> None:
     orbit, noise = henon(1.4, 0.3, 0.1, 2000), np.random.default_rng(0).normal(size=(2000, 2))
     assert forecast_error(orbit) < 0.05
     assert forecast_error(noise) == pytest.approx(1.0, abs=0.15)

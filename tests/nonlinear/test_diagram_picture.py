@@ -43,7 +43,7 @@ def test_no_number_of_points_leaves_it_blank(keep: int) -> None:
         assert np.count_nonzero(near) > 300
 
 
-def test_all_colours_of_lines_are_told_apart_by_the_colour_blind() -> None:
+def test_line_colours__are_distinct_for_the_colour_blind() -> None:
     for eyes in BLIND.values():
         seen = [seen_as(color, eyes) for color in PALETTE]
         assert min(np.linalg.norm(a - b) for a, b in combinations(seen, 2)) > APART

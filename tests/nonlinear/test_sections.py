@@ -216,7 +216,7 @@ def test_what_cannot_be_is_told(call: Any, words: str) -> None:
         call()
 
 
-def test_a_state_from_which_nothing_can_be_followed_is_not_carried() -> None:
+def test_continuation__a_state_that_cannot_be_simulated_is_not_used() -> None:
     """From 2.9 mm of clearance down to 10 um: the ring is shot out of its sleeve; it starts as its case says, and says so."""
     case, path = case_of(), "sleeves.ring.radial_clearance"
     found = gp.bifurcation(
@@ -281,7 +281,7 @@ def test_another_mechanism_and_gears_that_cannot_mesh_begin_anew() -> None:
     assert "the gears of pinion-ring could not mesh" in words
 
 
-def test_a_diagram_that_is_read_says_where_it_began_anew(tmp_path: Path) -> None:
+def test_read_diagram__has_the_places_of_restarts(tmp_path: Path) -> None:
     """`start` of the dataset, the message and the file."""
     found = gp.bifurcation(
         case_of(),
@@ -309,7 +309,7 @@ def test_a_course_that_runs_away_ends() -> None:
         flow.begin(flow.start(), stop=stop).advance(1e6)
 
 
-def test_sections_start_from_a_drawn_state_where_a_case_says_nothing() -> None:
+def test_sections__start_from_a_drawn_state_by_default() -> None:
     case = gp.load_case("han2021")
     by_default, drawn, exact = (
         gp.section(case, ["ring.x"], keep=2, period="mesh", **more).values

@@ -74,7 +74,7 @@ def test_a_mesh_wedged_as_published_is_told() -> None:
     assert free.message == "Done."
 
 
-def test_a_run_that_ended_in_its_transient_was_wedged_for_no_share_of_its_record() -> None:
+def test_wedged_share__is_zero_of_a_run_that_ended_in_its_transient() -> None:
     wedging = {
         "formulation": "as_published",
         "sleeves.ring.radial_clearance": "200 um",
@@ -144,7 +144,7 @@ def test_unknown_signals_are_named(result: gp.Result) -> None:
 
 
 @pytest.mark.slow
-def test_pictures_say_case_element_and_window_and_what_was_set(tmp_path: Path) -> None:
+def test_pictures__state_case_element_window_and_settings(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(to_toml(load_case("han2021", ["title=My rig"])), encoding="utf-8")
     changed = load_case(file, ["meshes.pinion-ring.backlash=150um", "run.transient=0s"])

@@ -58,7 +58,7 @@ def many_checkpoints(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_everything_is_read_back_bit_for_bit(name: str, many_checkpoints: None, tmp_path: Path) -> None:
+def test_run_file__is_read_back_bit_for_bit(name: str, many_checkpoints: None, tmp_path: Path) -> None:
     result = result_of(name)
     result.save(tmp_path / "run.nc")
     again = gp.read_result(tmp_path / "run.nc")
@@ -96,7 +96,7 @@ def test_a_member_has_the_record_of_its_own_housing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_index_lists_of_a_checkpoint_follow_from_its_states(name: str, many_checkpoints: None) -> None:
+def test_checkpoint__index_lists_follow_from_its_states(name: str, many_checkpoints: None) -> None:
     """Those that the integration itself has filled, against those made of the stored states."""
     samples = result_of(name).runs[0].samples
     assert isinstance(samples, KeptSamples)
@@ -119,7 +119,7 @@ def test_index_lists_of_a_checkpoint_follow_from_its_states(name: str, many_chec
                 assert found[key].tobytes() == arrays[key].tobytes()
 
 
-def test_a_file_takes_less_than_10_kb_per_simulated_second(tmp_path: Path) -> None:
+def test_run_file__takes_less_than_10_kb_per_simulated_second(tmp_path: Path) -> None:
     result = gp.simulate("han2021", duration=50.0)
     result.save(tmp_path / "run.nc")
     assert (tmp_path / "run.nc").stat().st_size < 10e3 * 50.0
@@ -171,7 +171,7 @@ def test_requested_samples_are_stored(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", ["sleeve", "planets", "ensemble", "ensemble that stops", "stopped", "housing"]
 )
-def test_a_full_file_has_what_the_dataset_has(
+def test_full_run_file__equals_the_dataset(
     name: str, many_checkpoints: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Written block by block, in a file on the disk, compressed."""

@@ -36,7 +36,7 @@ def test_rounding_is_there() -> None:
     assert moves(result, "x", "stage.planet1")
 
 
-def test_an_orbit_of_rounding_is_said_to_be_still() -> None:
+def test_orbit_figure__a_path_of_rounding_is_labelled_at_rest() -> None:
     result, window = still()
     for figure in (orbit_figure(result, [SUN], window), result.plot.orbit(SUN).figure):
         assert "no motion above 1e-9 m" in words_of(figure)
@@ -61,7 +61,7 @@ def test_a_spectrum_of_rounding_has_no_lines() -> None:
     assert "no line above 1e-6 m/s²" in words_of(figure)
 
 
-def test_a_portrait_of_rounding_is_said_to_be_still() -> None:
+def test_portrait_figure__a_path_of_rounding_is_labelled_at_rest() -> None:
     result, window = still()
     assert "no motion above 1e-9 m" in words_of(stored_portrait(result, [SUN], window).plot())
 

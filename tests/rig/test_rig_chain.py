@@ -73,7 +73,7 @@ def test_tones_pass_as_the_analytic_response_says(
     assert np.max(np.abs(np.angle(found / wanted))) < 1e-3
 
 
-def test_the_stop_band_is_kept_back_as_the_analytic_response_says(measured: Measured) -> None:
+def test_stop_band__attenuation_equals_the_analytic_response(measured: Measured) -> None:
     """Tones past the corner, those above half the rate as aliases: to 1e-3 of a tone within the band."""
     rig = load_rig({"accelerometers": {"a": QUIET}, "collector": FINE})
     worst = 0.0

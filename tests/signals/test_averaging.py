@@ -45,7 +45,7 @@ def test_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose(power_density(Channel("a", NOISE, FS), segment=256).values, whole, rtol=1e-12)
 
 
-def test_a_steady_line_keeps_its_height_whatever_the_averaging() -> None:
+def test_steady_line__amplitude_does_not_depend_on_the_averaging() -> None:
     t = np.arange(8000) / FS
     c = Channel("a", 3.0 * np.sin(2.0 * np.pi * 125.0 * t), FS)
     for averaging in ("mean", "median"):

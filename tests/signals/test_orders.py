@@ -48,7 +48,7 @@ def test_resampling_is_exact_up_to_its_highest_order() -> None:
     np.testing.assert_allclose(r.speed, 2.0 * np.pi * np.sqrt(25.0 + 8.0 * turns), rtol=1e-4)
 
 
-def test_what_lies_above_the_highest_order_does_not_fold_back() -> None:
+def test_resampling__orders_above_the_highest_do_not_alias() -> None:
     c = Channel("a", np.cos(2.0 * np.pi * 2000.0 * T), FS)  # orders 95 to 400
     r = resampled(c, SPEED, highest=20.0)
     assert r.samples_per_revolution == 50

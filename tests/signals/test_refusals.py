@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+import gearplay as gp
 from gearplay.files.record import Channel
 from gearplay.signals.angle import angle_from_speed, angle_from_tacho
 from gearplay.signals.averaging import averaged_spectrum, power_density
@@ -50,14 +51,39 @@ BAD = {
 
 @pytest.mark.parametrize("bad", BAD)
 @pytest.mark.parametrize("analysis", ANALYSES)
-def test_bad_records_are_refused_by_every_analysis(analysis: str, bad: str) -> None:
+def test_analyses__bad_records_are_refused(analysis: str, bad: str) -> None:
     with pytest.raises(InputError, match=r"^acc\.(values|sampling) = .*: must .*\.") as caught:
         ANALYSES[analysis](BAD[bad])
     assert len(caught.value.faults) == 1
 
 
+@pytest.mark.parametrize("value", [np.zeros(100), None, "acc.csv"], ids=type)
+@pytest.mark.parametrize(
+    "name", ["envelope", "line_table", "signal_statistics", "order_map", "angle_from_tacho"]
+)
+def test_functions_of_signals__a_value_that_is_no_channel_is_refused(name: str, value: object) -> None:
+    function = getattr(gp.signals, name)
+    needed = {
+        "envelope": (50.0, 100.0),
+        "line_table": ((100.0,),),
+        "order_map": (60.0,),
+        "angle_from_tacho": (1,),
+    }
+    with pytest.raises(InputError, match=r"must be of type Channel. Make one: gearplay.Channel"):
+        function(value, *needed.get(name, ()))
+
+
+def test_functions_of_signals__an_unknown_argument_or_another_class_is_refused() -> None:
+    with pytest.raises(InputError, match=r"speeed: is no argument of .*Did you mean 'speed'"):
+        gp.signals.order_map(GOOD, speeed=60.0)
+    with pytest.raises(InputError, match=r"spectrum = .*must be of type Spectrum"):
+        gp.signals.find_line(GOOD, 100.0)
+    with pytest.raises(InputError, match=r"signals = none: must be a list of records"):
+        gp.signals.ensemble_spectrum(None, 100.0)
+
+
 @pytest.mark.parametrize("analysis", ANALYSES)
-def test_a_constant_or_whole_numbered_record_is_taken(analysis: str) -> None:
+def test_analyses__a_constant_or_integer_record_is_accepted(analysis: str) -> None:
     ANALYSES[analysis](Channel("acc", np.zeros(2000), 1000.0))
     ANALYSES[analysis](Channel("acc", np.arange(2000) % 7, 1000.0))  # type: ignore[arg-type]
 
@@ -108,13 +134,13 @@ REFUSED: dict[str, tuple[str, Callable[[], object]]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_impossible_settings_are_refused(case: str) -> None:
+def test_analyses__impossible_settings_are_refused(case: str) -> None:
     path, call = REFUSED[case]
     with pytest.raises(InputError, match=rf"^{path} = .*: must .*\. \S.*\.$") as caught:
         call()
     assert len(caught.value.faults) == 1
 
 
-def test_too_fine_a_spectrogram_is_refused() -> None:
+def test_spectrogram__too_fine_a_one_is_refused() -> None:
     with pytest.raises(InputError, match="overlap"):
         spectrogram(Channel("a", np.zeros(3_000_000), 1e5), overlap=0.95)

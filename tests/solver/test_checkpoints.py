@@ -102,7 +102,7 @@ def test_a_run_that_stopped_early_has_the_samples_that_it_reached() -> None:
     assert np.array_equal(again.time, first.time)
 
 
-def test_too_many_samples_are_refused_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_signal__a_request_of_too_many_samples_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gearplay.solver.limits.MAX_BYTES", 1e6)  # 125 000 samples
     result = gp.simulate(case_of("han2021"), sampling=1e6)
     assert result.success

@@ -93,7 +93,7 @@ def test_a_log_that_fills_up_loses_nothing(capacity: int, monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize("name", ["free pair", "loaded", "stages"])
-def test_a_member_begins_from_nothing_that_a_run_left_behind(name: str) -> None:
+def test_reused_run__leaves_nothing_to_the_next_member(name: str) -> None:
     """Garbage in all arrays of a reused run, those of samples included, does not change the results."""
     case = named(name)
     pool = Pool()

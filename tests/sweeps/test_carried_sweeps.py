@@ -80,7 +80,7 @@ def test_orders_of_a_run_up_count_from_the_window_s_mean_speed() -> None:
             assert chain.slowness(speed, direction) * end == pytest.approx(speed)
 
 
-def test_a_chain_that_breaks_says_so_in_every_later_case() -> None:
+def test_continued_sequence__a_failure_is_stated_in_every_later_case() -> None:
     """A case that cannot mesh at 90 rpm leaves 60 rpm good and 120 rpm without a start."""
     made = Sweep(plan_with(carry={"axis": "speed", "ramp": 0.01, "directions": ["up"]}))
     case_at = made.template.case_at

@@ -16,7 +16,7 @@ from gearplay.work.rows import Outcome
 
 
 @pytest.mark.slow
-def test_what_is_loaded_at_first_is_not_counted_for_every_case(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_estimate__data_loaded_once_count_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """A first case of a second and all others of 20 ms, which workers share: 184 cases take half as long on two workers."""
     made = Sweep(load_sweep("space-temperature"))
     first = iter([1.0])

@@ -195,7 +195,7 @@ def test_a_line_has_its_amplitude_and_frequency(frequency: float) -> None:
     assert found == pytest.approx(frequency, abs=0.01)
 
 
-def test_a_line_of_mean_accelerations_loses_what_sampling_averages_away() -> None:
+def test_mean_acceleration__a_line_is_attenuated_by_the_averaging() -> None:
     """A velocity A sin(2 pi f t) has increments of amplitude A 2 sin(pi f / fs)."""
     f, t = 800.0, np.arange(10_000) / RATE
     tone = fake(0.3 * np.sin(2.0 * np.pi * f * t), "vx")
@@ -216,7 +216,7 @@ def test_orders_count_from_the_mesh_frequency(order: int, slowness: float) -> No
 
 
 @pytest.mark.slow
-def test_a_hump_is_the_highest_broad_one_in_its_band() -> None:
+def test_hump__is_the_highest_broad_one_in_its_band() -> None:
     """Noise through a resonance, beside a higher line out of the band.
 
     White noise has lines of 2 sqrt(1.5 / n) with a Hann window; the smoothing (8 % of 300 Hz) widens the resonance's power

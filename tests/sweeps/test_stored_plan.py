@@ -9,7 +9,7 @@ from gearplay.sweeps.running.folder import claim, plan_in
 from gearplay.vocabulary.errors import InputError
 
 
-def test_a_noted_plan_is_read_as_it_was_noted(tmp_path: Path) -> None:
+def test_stored_plan__is_read_back_unchanged(tmp_path: Path) -> None:
     plan = load_sweep("space-temperature")
     claim(plan, tmp_path)
     claim(plan, tmp_path)

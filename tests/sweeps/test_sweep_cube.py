@@ -146,7 +146,7 @@ def test_a_rename_that_fails_keeps_the_old_cube(tmp_path: Path, monkeypatch: pyt
 
 @pytest.mark.parametrize("named", [False, True])
 @pytest.mark.parametrize("do", [in_folder._sweep_up, lambda folder: do_sweep(folder)])
-def test_what_a_kill_left_beside_a_cube_goes_but_what_is_still_needed(
+def test_cube__leftovers_of_a_kill_are_removed_but_needed_pieces(
     do: Callable[[Path], object], named: bool, tmp_path: Path
 ) -> None:
     for name in (".sweep.zarr.part", ".sweep.zarr.old", *(["sweep.zarr"] if named else [])):

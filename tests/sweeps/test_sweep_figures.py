@@ -170,7 +170,7 @@ def test_axes_are_in_units_that_engineers_read_and_cells_lie_around_their_values
 
 
 @pytest.mark.slow
-def test_an_order_map_puts_the_mesh_line_at_its_order(figures: list[Any]) -> None:
+def test_order_map__the_mesh_line_is_at_its_order(figures: list[Any]) -> None:
     def value(kept: Any, values: Mapping[str, Any], member: int) -> Any:
         mesh = 20.0 * values["speed"] / (2.0 * math.pi)
         return 1e-3 + (np.abs(np.array(kept.grid) - 2.0 * mesh) <= 0.51)

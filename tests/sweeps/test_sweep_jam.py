@@ -103,7 +103,7 @@ def test_the_line_follows_what_other_axes_are_held_at() -> None:
     assert far.up - near.up == pytest.approx(2.0 * np.sin(np.radians(20.0)) * 100e-6)
 
 
-def test_there_is_no_line_where_nothing_or_something_random_decides() -> None:
+def test_tone_search__noise_and_silence_have_no_line() -> None:
     drawn = {"name": "z", "path": PINION, "low": "10 um", "high": "50 um"}
     random = sweep_of(axis("x", RING), axis("y", BACKLASH), design={"count": 4, "parameters": [drawn]})
     assert jam_lines(random, ("x", 2e-5, 4e-4), ("y", 2e-5, 4e-4), {}) == []

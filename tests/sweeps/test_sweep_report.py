@@ -64,7 +64,7 @@ def test_the_summary_says_how_large_and_where() -> None:
 
 
 @pytest.mark.slow
-def test_a_page_of_a_real_sweep_says_how_it_was_computed(tmp_path: Path) -> None:
+def test_sweep_page__states_how_it_was_computed(tmp_path: Path) -> None:
     plan = load_sweep(
         plan_of(MODEL, {**SPEED, "count": 2}, {**DRAG, "count": 2, "scale": "log"}, members=2, title="")
     )

@@ -85,7 +85,7 @@ def test_address__depends_on_limits() -> None:
     assert varied.address_of(0) != varied.address_of(1)
 
 
-def test_an_address_tells_members_and_what_is_kept_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_storage_key__differs_by_members_and_reductions(monkeypatch: pytest.MonkeyPatch) -> None:
     one = template(GAP).address_of(0)
     two = template(GAP, members=2)
     assert two.address_of(0) == one

@@ -107,7 +107,7 @@ def test_one_point_says_nearly_nothing() -> None:
     assert math.isinf(told.quantiles[2].low)
 
 
-def test_copies_of_a_member_say_nothing_new_and_independent_members_do() -> None:
+def test_effective_members__copies_count_once_and_independent_ones_each() -> None:
     generator = np.random.default_rng(2)
     single = generator.normal(size=(60, 1))
     alone, copied = exceedance(single, 1.0), exceedance(np.repeat(single, 6, axis=1), 1.0)
@@ -182,7 +182,7 @@ def test_sobol_indices_are_the_same_for_the_same_seed_and_lose_whole_blocks() ->
     assert "complete blocks" in sobol_indices(design, values).reason
 
 
-def test_members_scatter_into_every_total_index_and_its_share_is_told() -> None:
+def test_total_indices__include_the_scatter_of_members_with_its_share() -> None:
     design = design_of("saltelli", 1024)
     generator, members = np.random.default_rng(0), 4
     signal = np.sqrt(12.0) * unit_points(design)[:, :1]  # variance 1
@@ -199,7 +199,7 @@ def test_correlated_or_too_few_points_have_no_polynomial_indices() -> None:
     assert "finished points" in emulated_indices(design_of(count=12), np.arange(12.0)).reason
 
 
-def test_a_polynomial_owns_up_to_what_it_does_not_explain() -> None:
+def test_polynomial_emulator__states_the_unexplained_variance() -> None:
     design = design_of("latin-hypercube", 200)
     noise = np.random.default_rng(0).normal(size=200)
     found = emulated_indices(design, unit_points(design)[:, 0] * np.sqrt(12.0) + noise)
@@ -234,7 +234,7 @@ def test_the_search_ends_at_the_range_and_owns_up_to_failures() -> None:
     assert largest_scale(lambda f: half, 1.0).verdict == NONE  # what failed does not keep to the limit
 
 
-def test_the_search_spends_its_steps_and_narrows_the_answer() -> None:
+def test_search__uses_all_steps_and_narrows_the_interval() -> None:
     sample = np.abs(np.random.default_rng(4).normal(size=400))
     widths = []
     for steps in (5, 8, 16):
@@ -284,7 +284,7 @@ def test_the_cases_of_the_search_are_foretold() -> None:
     assert search_cases(load_sweep("han2021-map")) == 0
 
 
-def test_sizes_are_told_in_the_units_of_the_plan() -> None:
+def test_sizes__are_stated_in_the_units_of_the_plan() -> None:
     error = Random(name="e", path="p", distribution="triangular", low="0.1 um", high="2 um", peak="0.5 um")
     assert size_words(error, "high", 0.5) == "0.1 to 1 µm, peak 0.5 µm"
     mixed = Random(name="e", path="p", low="500 nm", high="2 um")
@@ -297,7 +297,7 @@ def test_sizes_are_told_in_the_units_of_the_plan() -> None:
     assert size_words(logs, "size", 2.0) == "median 20 µm, deviation of its logarithm 0.3"
 
 
-def test_scaling_multiplies_what_is_drawn_at_the_same_points() -> None:
+def test_scaling__multiplies_the_draws_of_the_same_points() -> None:
     plan, base = plan_of(), load_case("han2021")
     tolerance = Tolerance(measure="rms", limit=1.0, scale=("clearance", "backlash", "drag"))
     one, two = (search_plan(plan, tolerance, factor) for factor in (1.0, 1.5))

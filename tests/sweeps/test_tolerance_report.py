@@ -87,7 +87,7 @@ def drawn_from() -> Any:
 
 
 @pytest.mark.slow
-def test_the_document_is_the_file_and_the_page_says_the_same(tmp_path: Path) -> None:
+def test_document__equals_the_file_and_the_page(tmp_path: Path) -> None:
     plan = plan_of("saltelli", 64, members=2)
     tolerance = Tolerance(measure="mesh_amplitude", limit="13 um", probability=0.6, scale=("play",))
     sample = np.linspace(5e-6, 15e-6, 200)

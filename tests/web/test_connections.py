@@ -118,7 +118,7 @@ def test_requests_cut_short_or_at_fault_leave_no_traceback(tmp_path: Path) -> No
         server.stop()  # looks for tracebacks
 
 
-def test_an_export_too_large_is_said_to_be_so(own: Server) -> None:
+def test_export__too_large_a_case_is_refused(own: Server) -> None:
     body = json.dumps({"case": {"title": "x" * 6_000_000}}).encode()
     found = httpx.post(f"{own.url}/api/export/csv", content=body, headers={"origin": own.url}, timeout=30)
     assert found.status_code == 413
@@ -163,7 +163,7 @@ def test_as_many_jobs_as_a_page_may_have_at_once(own: Server) -> None:
 
 
 @pytest.mark.slow
-def test_a_server_on_all_addresses_asks_for_its_token(tmp_path: Path) -> None:
+def test_server__on_all_addresses_requires_a_token(tmp_path: Path) -> None:
     """It really listens on 0.0.0.0: another address of this machine reaches it, by the name that it was given."""
     token, other = "a-token-of-enough-letters", "127.0.0.2"
     server = Server(tmp_path, "--host", "0.0.0.0", "--token", token, "--name", "mybox")

@@ -99,7 +99,7 @@ def test_every_slider_moves_its_field(visit: Open, case: str) -> None:
 
 
 @pytest.mark.slow
-def test_a_fault_of_the_page_is_shown_and_stops_nothing(visit: Open) -> None:
+def test_page_fault__is_displayed_and_stops_nothing(visit: Open) -> None:
     """What a control does throws once: a message is shown, the next move runs."""
     made = visit().ready()
     made.page.evaluate(

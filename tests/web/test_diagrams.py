@@ -53,7 +53,7 @@ def test_a_map_of_contacts_is_saved(visit: Open) -> None:
 
 
 @pytest.mark.deep
-def test_a_map_that_outlives_its_case_is_told_of(visit: Open) -> None:
+def test_map__is_marked_when_its_case_has_changed(visit: Open) -> None:
     made = visit().ready()
     open_run(made)
     fill(made, "run.duration", "10")

@@ -87,7 +87,7 @@ def test_a_law_is_chosen_from_a_list(visit: Open) -> None:
 
 
 @pytest.mark.slow
-def test_a_refused_case_greys_what_is_shown_of_the_one_before(visit: Open) -> None:
+def test_refused_case__greys_the_earlier_results(visit: Open) -> None:
     made = visit().ready()
     assert made.page.locator("#stale").is_hidden()
     field(made, "meshes.0.stiffness.amplitude").fill("500")

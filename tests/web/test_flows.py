@@ -134,7 +134,7 @@ def test_axe_finds_nothing_serious(visit: Open, scheme: str) -> None:
 
 
 @pytest.mark.slow
-def test_parameters_stay_below_what_is_looked_at_on_a_phone(visit: Open) -> None:
+def test_phone_layout__parameters_are_below_the_view(visit: Open) -> None:
     made = visit("/", viewport={"width": 390, "height": 844}).ready()
     slider(made, CLEARANCE).focus()
     made.page.locator("#spectrum").evaluate("(each) => each.scrollIntoView({ block: 'start' })")

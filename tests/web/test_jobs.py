@@ -192,7 +192,7 @@ def test_cancelling_a_job_in_hand_and_one_that_waits(server: Server) -> None:
     together(go)
 
 
-def test_a_page_that_leaves_takes_its_jobs_with_it(server: Server) -> None:
+def test_page__its_jobs_end_when_it_disconnects(server: Server) -> None:
     """Left alone its six jobs would hold both workers for minutes, longer than the next page waits."""
     case = long_case(server)
 
@@ -319,7 +319,7 @@ def test_a_worker_that_is_killed_is_replaced(server: Server) -> None:
 
 @pytest.mark.deep
 @pytest.mark.hostile
-def test_a_killed_server_is_told_and_its_results_are_still_there(chromium: Any, tmp_path: Path) -> None:
+def test_killed_server__is_reported_and_keeps_its_results(chromium: Any, tmp_path: Path) -> None:
     server = Server(tmp_path)
     made = Visit(chromium, server.url).ready()
     try:

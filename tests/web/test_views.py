@@ -66,7 +66,7 @@ def first_view(visit: Open, case: str) -> tuple[Visit, Any]:
         pytest.param("two-stage-reducer", marks=pytest.mark.deep),
     ],
 )
-def test_first_plots_need_no_plotly_and_stay_as_they_are_when_it_comes(visit: Open, case: str) -> None:
+def test_first_plots__need_no_plotly_and_do_not_change_with_it(visit: Open, case: str) -> None:
     made, release = first_view(visit, case)
     made.page.click("#play")
     made.page.evaluate(WITHOUT_AVERAGES)

@@ -408,7 +408,7 @@ def test_maps_and_diagrams_as_files(tmp_path: Path) -> None:
         file_of(pack_frame({"kind": "run", "title": None}), "csv")
 
 
-def test_a_page_is_told_that_no_worker_is_ready_yet(tmp_path: Path) -> None:
+def test_page__is_informed_that_no_worker_is_ready(tmp_path: Path) -> None:
     async def states() -> list[dict[str, Any]]:
         pool = Pool(size=0)
         given: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
@@ -427,7 +427,7 @@ def test_a_page_is_told_that_no_worker_is_ready_yet(tmp_path: Path) -> None:
     assert together(states) == [{"type": "state", "ready": False}, {"type": "state", "ready": True}]
 
 
-def test_a_map_of_members_has_their_spread_and_marks_what_says_little() -> None:
+def test_map_of_members__has_their_spread_and_marks_uncertain_cells() -> None:
     found = unpack_frame(TASKS["map"](job(**SMALL_MAP, members=3, duration=0.3, transient=0.0), quiet, STOP))
     case = replace(limited_case(job()), {BACKLASH: 1e-4, CLEARANCE: 5e-5, "run.duration": 0.3})
     runs = run_batch([(case, [1, 2, 3])])[0]

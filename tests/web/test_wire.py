@@ -56,7 +56,7 @@ class Page:
         self.asked.put_nowait(json.dumps({"kind": "run", "id": number, "of": number}))
 
 
-def test_a_page_that_does_not_read_keeps_nobody_waiting(
+def test_page__one_that_does_not_read_delays_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async def spawn() -> Worker:
@@ -107,7 +107,7 @@ class ReadyPool(Pool):
         return Job(words, limit, tell, done)
 
 
-def test_a_slow_disk_refuses_no_page_that_waits_for_its_answers(tmp_path: Path) -> None:
+def test_slow_disk__waiting_pages_are_served(tmp_path: Path) -> None:
     """Eight at a time, a new one with each answer: results on their way to the disk hold the next answer back, nothing more."""
 
     async def go() -> None:

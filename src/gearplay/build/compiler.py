@@ -44,7 +44,7 @@ def jitted(function: Callable[..., Any], **more: Any) -> Any:
 
 @global_compiler_lock
 def compile_kernel(kernel: Signed) -> llvm.ModuleRef:
-    """Return a kernel's module: one function that others see, by the kernel's symbol."""
+    """Return the LLVM module of a kernel, which exports one function: the kernel's symbol."""
     wanted = signature_of(kernel)
     dispatcher = jitted(kernel.py_func, **_WITHIN)
     dispatcher.compile(wanted)
@@ -196,7 +196,7 @@ class KernelType(types.Callable):
         super().__init__(f"kernel({kernel.name})")
 
     def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
-        """Return the signature, whatever literal numbers a call gives."""
+        """Return the signature; literal arguments do not change it."""
         wanted = signature_of(self.kernel)
         if kws or len(args) != len(wanted.args):
             raise TypingError(f"{self.kernel.name} takes {len(wanted.args)} arguments by place")
@@ -210,7 +210,7 @@ class KernelType(types.Callable):
         return [signature_of(self.kernel)], False
 
     def get_impl_key(self, sig: Any) -> str:
-        """Return what the call is emitted by."""
+        """Return the key of the code generator of the call."""
         return self.kernel.name
 
 

@@ -1,4 +1,4 @@
-"""Key of a kernel's machine code: a digest of all that it depends on, so that an edit compiles anew what it reaches and no more.
+"""Key of a kernel's machine code: a digest of its dependencies, so that an edit recompiles only the kernels that it affects.
 
 A kernel depends on its own code and that of the functions compiled into it, on constants that these name, on the signatures of
 kernels that they call, and on the form of the groups that it takes.

@@ -122,7 +122,7 @@ def forms_object(folder: Path, target: str) -> Path:
 
 
 def _find(folder: Path, key: str) -> Path | None:
-    """Return the object file of a key; None where there is none, or its content is not what its name says."""
+    """Return the object file of a key; None if it is missing, or its content does not match its name."""
     for file in folder.glob(f"{key}-*.o"):
         if file.stem.rpartition("-")[2] == content_digest(file.read_bytes()):
             return file

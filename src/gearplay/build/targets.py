@@ -5,7 +5,7 @@ import sys
 from dataclasses import dataclass
 from typing import Final
 
-from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ def host() -> str:
     name = f"{system}-{_MACHINES.get(platform.machine().lower(), platform.machine())}"
     if name not in TARGETS:
         rule = f"must be one of {', '.join(TARGETS)}"
-        raise InputError(
-            Fault("platform", name, rule, "Kernels can run in plain Python: set GEARPLAY_INTERPRETED=1")
+        raise InputError.of(
+            "platform", name, rule, "Kernels can run in plain Python: set GEARPLAY_INTERPRETED=1"
         )
     return name
 
@@ -59,7 +59,7 @@ def host() -> str:
 def target(name: str) -> Target:
     """Return a platform by its name; `InputError` for another."""
     if name not in TARGETS:
-        raise InputError(
-            Fault("--target", name or NO_VALUE, f"must be one of {', '.join(TARGETS)}", "Choose one")
+        raise InputError.of(
+            "--target", name or NO_VALUE, f"must be one of {', '.join(TARGETS)}", "Choose one"
         )
     return TARGETS[name]

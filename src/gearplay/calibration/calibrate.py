@@ -92,7 +92,7 @@ def calibrate(
 def calibrate_in(
     plan: Plan, place: Path, *, records: Path, progress: Progress | None, stop: threading.Event | None
 ) -> Calibration:
-    """Do what `calibrate` does in a folder that the caller holds."""
+    """Calibrate as `calibrate`, in a folder that the caller has locked."""
     digest = digest_of(plan)
     fits = run_calibration(
         plan,

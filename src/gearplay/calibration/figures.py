@@ -144,7 +144,7 @@ def _pair_ticks(ax: Any, row: int, column: int, number: int, across: Span, up: S
     places, labels = across.ticks(3)
     ax.set_xticks(places, labels if row == number - 1 else [])
     if row == number - 1:
-        ax.set_xlabel(label_of(across, 15), fontsize=SMALL)
+        ax.set_xlabel(label_of(across), fontsize=SMALL)
     if row == column:
         ax.set_yticks([])
         if row == 0:
@@ -153,7 +153,7 @@ def _pair_ticks(ax: Any, row: int, column: int, number: int, across: Span, up: S
     places, labels = up.ticks(3)
     ax.set_yticks(places, labels if column == 0 else [])
     if column == 0:
-        ax.set_ylabel(label_of(up, 15), fontsize=SMALL)
+        ax.set_ylabel(label_of(up), fontsize=SMALL)
 
 
 def match_figure(

@@ -1,7 +1,7 @@
 """Model comparison: leave-one-condition-out prediction, information criterion, evidence, and the conclusion."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -43,14 +43,11 @@ def leave_one_out(
     discrepancy: bool,
     points: int = 1000,
     seed: int = 0,
-    report: Callable[[str], None] | None = None,
 ) -> list[LeftOut]:
     """Predict each condition from the posterior of all the others; the emulator holds simulations only, no data."""
     data = surrogate.comparison.data
     found = []
     for condition in dict.fromkeys(d.condition for d in data):
-        if report is not None:
-            report(condition)
         inside = np.array([d.condition != condition for d in data])
         posterior = sample_posterior(
             surrogate, parameters, discrepancy=discrepancy, chosen=inside, points=points, seed=seed

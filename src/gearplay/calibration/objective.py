@@ -22,7 +22,7 @@ from gearplay.calibration.trials import Problem, Trial
 from gearplay.files.measurements import read_measurement
 from gearplay.files.record import Channel
 from gearplay.model import rolling
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 Measurements = Mapping[str, Mapping[str, Mapping[str, Observed]]]  # by condition, target, key
@@ -103,7 +103,7 @@ def measurements_of(plan: Plan, folder: Path) -> dict[str, dict[str, dict[str, O
         ]  # an accelerometer measures no contacts
         if not targets:
             rule = "must be visible in a record, and those of contacts are not"
-            raise InputError(Fault("targets", plan.targets, rule, "Add a line, a hump, a level or rms"))
+            raise InputError.of("targets", plan.targets, rule, "Add a line, a hump, a level or rms")
         pieces = _pieces(plan, condition, at, folder)
         ensemble = Ensemble(
             pieces, plan.simulation.sampling, rolling.first_mesh_frequency(case), plan.simulation.window
@@ -120,13 +120,11 @@ def _pieces(plan: Plan, condition: Condition, at: int, folder: Path) -> Floats:
     factor = ACCELERATIONS.get(channel.unit)
     if factor is None:
         cure = f"Units of acceleration: {', '.join(ACCELERATIONS)}"
-        raise InputError(
-            Fault(
-                f"conditions.{at}.channel",
-                f"{channel.name} [{channel.unit}]",
-                "must be an acceleration",
-                cure,
-            )
+        raise InputError.of(
+            f"conditions.{at}.channel",
+            f"{channel.name} [{channel.unit}]",
+            "must be an acceleration",
+            cure,
         )
     averaged = _averaged(channel, plan.simulation.sampling, where)
     length = round(plan.simulation.duration * plan.simulation.sampling) - 1  # increments between the samples
@@ -136,8 +134,8 @@ def _pieces(plan: Plan, condition: Condition, at: int, folder: Path) -> Floats:
             f"must be at least {plan.simulation.duration:g} s long, as the simulated records are,"
             f" not {channel.duration:.3g} s"
         )
-        raise InputError(
-            Fault(where, condition.record, rule, "Shorten simulation.duration, or take a longer record")
+        raise InputError.of(
+            where, condition.record, rule, "Shorten simulation.duration, or take a longer record"
         )
     return factor * averaged[: count * length].reshape(count, length)
 
@@ -147,7 +145,7 @@ def _averaged(channel: Channel, sampling: float, where: str) -> Floats:
     whole = round(ratio)
     if whole < 1 or abs(ratio - whole) > 1e-6 * whole:
         rule = f"must be sampled at a multiple of simulation.sampling = {sampling:g} Hz, not at {channel.sampling:g} Hz"
-        raise InputError(Fault(where, channel.name, rule, "Change simulation.sampling"))
+        raise InputError.of(where, channel.name, rule, "Change simulation.sampling")
     count = channel.values.size // whole
     return np.asarray(channel.values[: count * whole].reshape(count, whole).mean(axis=1))
 

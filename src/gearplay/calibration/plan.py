@@ -20,7 +20,6 @@ Decades = Annotated[float, Measure(None, "standard uncertainty [decades]", gt=0.
 Frequency = Annotated[float, Measure(q.FREQUENCY, "frequency", gt=0.0)]
 Band = Annotated[tuple[Frequency, Frequency], Listed(2, 2, "lowest and highest frequency")]
 
-READINGS = ("absolute", "unnormalised", "displacement")
 Reading = Literal["absolute", "unnormalised", "displacement"]
 
 
@@ -107,7 +106,7 @@ Target = Annotated[
 
 
 class Measured(Part):
-    """What was measured of one target: amplitude [unit of the ordinate] and frequency of a line, or a value."""
+    """Measured datum of one target: amplitude [unit of the ordinate] and frequency of a line, or a value."""
 
     amplitude: Positive | None = None
     frequency: Frequency | None = None
@@ -145,7 +144,7 @@ class Model(Part):
 
 
 class Sensor(Part):
-    """What is observed: a rotor's acceleration in one direction, averaged over each sampling interval."""
+    """Observed quantity: a rotor's acceleration in one direction, averaged over each sampling interval."""
 
     rotor: Name
     direction: Annotated[float, Measure(q.ANGLE, "direction, from the x axis")] = 0.0

@@ -4,13 +4,10 @@ import os
 from importlib.resources import files
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from gearplay.calibration.plan import Plan
 from gearplay.files.plan_files import Source, plan_document
 from gearplay.model.bundled import bundled
-from gearplay.model.wording import translate
-from gearplay.vocabulary.errors import InputError
+from gearplay.model.wording import validated
 
 PACKAGE = "gearplay.calibration"
 
@@ -46,8 +43,4 @@ def load_plan(source: Source) -> Plan:
     6
 
     """
-    document = plan_document(source, PACKAGE)
-    try:
-        return Plan.model_validate(document)
-    except ValidationError as error:
-        raise InputError(translate(error, document, Plan)) from None
+    return validated(Plan, plan_document(source, PACKAGE))

@@ -14,7 +14,7 @@ from gearplay.files.atomic import shown_path
 from gearplay.pictures.style import CLEARANCE, COUPLED, UNCOUPLED, new_axes
 from gearplay.pictures.words import plain
 from gearplay.results.base import AnalysisResult, check_kind
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.version import VERSION
 from gearplay.work.pieces import read_document, without_digest
 
@@ -78,7 +78,7 @@ class Calibration(AnalysisResult):
         check_kind(dataset, cls.result_kind)
         if "document" not in dataset.attrs:
             rule = "must be what is written of a calibration"
-            raise InputError(Fault("dataset", "no document", rule, "Write it again"))
+            raise InputError.of("dataset", "no document", rule, "Write it again")
         return cls(json.loads(dataset.attrs["document"]))
 
     @classmethod
@@ -120,9 +120,7 @@ class Calibration(AnalysisResult):
 
 
 def _refusal(path: Path, rule: str) -> InputError:
-    return InputError(
-        Fault("file", shown_path(path), rule, "Run the same calibration again: it writes it anew")
-    )
+    return InputError.of("file", shown_path(path), rule, "Run the same calibration again: it writes it anew")
 
 
 def _shown(row: Mapping[str, Any], key: str) -> str:

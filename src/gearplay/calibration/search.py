@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 CANDIDATES = 64  # that TPE weighs for one trial
+DRAWN = 4000  # points in each of the shrinking neighbourhoods of `refine`
 BLOCK = 8  # trials between two fits of the emulator
 TURN = 3  # of so many trials of the search one is TPE's, the others are the emulator's
 TOP = 50  # best trials among which the emulator chooses where it begins
@@ -221,8 +222,6 @@ def refine(
     comparison: Comparison,
     centre: Floats,
     generator: np.random.Generator,
-    *,
-    candidates: int = 4000,
 ) -> tuple[float, ...]:
     """Return the point near ``centre`` where the emulator's objective is least, in a region of random size.
 
@@ -230,7 +229,7 @@ def refine(
     """
     at, radius = centre, float(generator.choice([0.03, 0.08, 0.2]))
     for _ in range(4):
-        points = np.clip(at + radius * generator.normal(size=(candidates, centre.size)), 0.0, 1.0)
+        points = np.clip(at + radius * generator.normal(size=(DRAWN, centre.size)), 0.0, 1.0)
         points[0] = at
         logs = emulator(points)
         at = points[int(np.argmin(comparison.objective(logs, np.zeros_like(logs))))]

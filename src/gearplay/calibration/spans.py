@@ -88,9 +88,9 @@ def span_of(name: str, unit: str, low: float, high: float, scale: str, drawn: fl
     return Span(name, shown, low, high, scale, unit, factor, drawn)
 
 
-def label_of(span: Span, width: int) -> str:
-    """Return a parameter's name and unit for an axis, in lines of at most ``width`` characters."""
-    return plain(wrapped(span.name, width)) + f"\n[{plain(span.unit)}]"
+def label_of(span: Span) -> str:
+    """Return a parameter's name and unit for an axis, in lines of at most 15 characters."""
+    return plain(wrapped(span.name, 15)) + f"\n[{plain(span.unit)}]"
 
 
 def spans_of(plan: Plan, fits: Sequence[Fit]) -> Spans:

@@ -7,7 +7,7 @@ from gearplay.calibration.observe import Observed
 from gearplay.calibration.plan import Plan
 from gearplay.calibration.trials import Trial, mapped
 from gearplay.files.databases import sqlite_errors
-from gearplay.vocabulary.errors import Fault, TakenError
+from gearplay.vocabulary.errors import TakenError
 from gearplay.vocabulary.optional import load_optional
 from gearplay.work import pieces
 
@@ -40,9 +40,7 @@ class StudyStore:
             with _sqlite_errors(path):
                 self.study.set_user_attr("plan", digest)
         elif known != digest:
-            raise TakenError(
-                Fault("out", str(folder), f"its {FILE} must hold trials of the same plan", _CURE)
-            )
+            raise TakenError.of("out", str(folder), f"its {FILE} must hold trials of the same plan", _CURE)
 
     def read(self) -> list[Trial]:
         """Return the finished trials in order."""
@@ -53,7 +51,7 @@ class StudyStore:
             held = pieces.without_digest(stored.user_attrs, in_order=False)
             if held is None:
                 rule = f"its {FILE} must hold trials as they were stored; trial {stored.number} was changed"
-                raise TakenError(Fault("out", str(self.folder), rule, _CURE))
+                raise TakenError.of("out", str(self.folder), rule, _CURE)
             observed = mapped(held["seen"], lambda _, pair: Observed(*pair))
             trials.append(Trial(stored.number, tuple(held["unit"]), observed, held["reason"], held["phase"]))
         return trials

@@ -19,8 +19,7 @@ from gearplay.rig.instruments import sensor_response
 from gearplay.rig.plan import Accelerometer
 from gearplay.solver.simulate import run_batch
 from gearplay.solver.trajectory import Trajectory, acceleration_signals
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
-from gearplay.vocabulary.progress import Tick
+from gearplay.vocabulary.errors import GearplayError, InputError, SimulationError
 
 Floats = NDArray[np.float64]
 Observations = dict[str, dict[str, dict[str, Observed]]]  # by condition, target, key
@@ -89,13 +88,13 @@ class Problem:
         for at, target in enumerate(plan.targets):
             if isinstance(target, LineTarget) and target.order is not None and not base.meshes:
                 rule = "counts mesh frequencies, but the case has no mesh"
-                raise InputError(
-                    Fault(f"targets.{at}.order", target.order, rule, "Give near, a frequency, instead")
+                raise InputError.of(
+                    f"targets.{at}.order", target.order, rule, "Give near, a frequency, instead"
                 )
         if plan.sensor.rotor not in base.rotors:
             known = ", ".join(base.rotors)
-            raise InputError(
-                Fault("sensor.rotor", plan.sensor.rotor, "must be a rotor of the case", f"Rotors: {known}")
+            raise InputError.of(
+                "sensor.rotor", plan.sensor.rotor, "must be a rotor of the case", f"Rotors: {known}"
             )
 
     def values(self, unit: Sequence[float]) -> dict[str, float]:
@@ -124,7 +123,6 @@ class Problem:
         seed: int | None = None,
         members: int | None = None,
         transient: float | None = None,
-        progress: Tick | None = None,
         stop: threading.Event | None = None,
     ) -> Observations:
         """Simulate every condition at a point and return the observed values.
@@ -144,7 +142,6 @@ class Problem:
             duration=simulation.duration,
             transient=simulation.transient if transient is None else transient,
             sampling=simulation.sampling,
-            progress=progress,
             stop=stop,
         )
         if stop.is_set():
@@ -219,7 +216,7 @@ class TrialError(SimulationError):
 
 
 def as_sensed(accelerations: Floats, sampling: float, sensor: Accelerometer | None) -> Floats:
-    """Return accelerations, shape [member, time], as a sensor of this analytic response shows them; None is ideal.
+    """Return accelerations, shape [member, time], filtered by a sensor's frequency response; None: an ideal sensor.
 
     Applied to the discrete Fourier transform, so each record counts as periodic.
     """
@@ -241,14 +238,12 @@ def _bounds(parameter: Parameter, at: int, case: Case) -> tuple[float, float]:
         bounds.append(number_in_si(case, (parameter.path, *parameter.also), raw, where))
     low, high = bounds
     if not low < high:
-        raise InputError(Fault(f"parameters.{at}.high", parameter.high, "must be above low", "Swap them"))
+        raise InputError.of(f"parameters.{at}.high", parameter.high, "must be above low", "Swap them")
     if parameter.scale == "log" and low <= 0.0:
-        raise InputError(
-            Fault(
-                f"parameters.{at}.low",
-                parameter.low,
-                "must be above 0 on a log scale",
-                "Raise it, or use linear",
-            )
+        raise InputError.of(
+            f"parameters.{at}.low",
+            parameter.low,
+            "must be above 0 on a log scale",
+            "Raise it, or use linear",
         )
     return low, high

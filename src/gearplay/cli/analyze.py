@@ -129,13 +129,13 @@ def record_in(path: Path, sampling: float | None, units: dict[str, str]) -> tupl
 
 def units_of(given: Sequence[str]) -> dict[str, str]:
     """Return the units that are given as NAME=UNIT."""
-    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.vocabulary.errors import InputError
 
     found = {}
     for text in given:
         name, sign, unit = text.rpartition("=")
         if not sign or not name or not unit.strip():
-            raise InputError(Fault("--unit", text, "must be a channel and its unit", "Write --unit acc=g"))
+            raise InputError.of("--unit", text, "must be a channel and its unit", "Write --unit acc=g")
         found[name] = unit.strip()
     return found
 
@@ -143,12 +143,12 @@ def units_of(given: Sequence[str]) -> dict[str, str]:
 def speed_of(held: Any, speed: str | None, pulses: int | None) -> Any:
     """Return a speed [rad/s]: a quantity, a scalar of the file, or a channel of speeds, angles or pulses."""
     from gearplay.schema.units import UnitError, parse_quantity
-    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.vocabulary.errors import InputError
     from gearplay.vocabulary.quantities import ANGULAR_SPEED
 
     if pulses is not None and speed not in held.names:
         cure = f"Channels: {', '.join(held.names[:12])}"
-        raise InputError(Fault("--speed", speed, "must name the channel of the pulses", cure))
+        raise InputError.of("--speed", speed, "must name the channel of the pulses", cure)
     if speed is None:
         return None
     if speed in held.names:
@@ -162,7 +162,7 @@ def speed_of(held: Any, speed: str | None, pulses: int | None) -> Any:
     except UnitError as error:
         named = [*held.names, *(key for key, value in held.attributes.items() if _is_number(value))]
         cure = f"{error.cure}, or name a channel or a scalar: {', '.join(named[:12])}"
-        raise InputError(Fault("--speed", speed, error.rule, cure)) from None
+        raise InputError.of("--speed", speed, error.rule, cure) from None
 
 
 def _scalar(held: Any, speed: str) -> str | None:
@@ -189,11 +189,11 @@ def _is_number(text: str) -> bool:
 def _most_impulsive(channel: Any, band: tuple[float, float] | None) -> tuple[float, float]:
     """Return the most impulsive band; `InputError` where one is given."""
     from gearplay.signals.envelopes import most_impulsive_band
-    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.vocabulary.errors import InputError
 
     if band is not None:
         rule = "must not be given with --band, which names the band"
-        raise InputError(Fault("--envelope", "given", rule, "Leave one of them out"))
+        raise InputError.of("--envelope", "given", rule, "Leave one of them out")
     return most_impulsive_band(channel)
 
 
@@ -201,11 +201,11 @@ def _indicators(channel: Any, speed: Any, teeth: int) -> dict[str, Any]:
     """Return the condition indicators of the gear on the shaft that turns with a speed."""
     from gearplay.signals.indicators import gear_indicators
     from gearplay.signals.synchronous import synchronous_average
-    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.vocabulary.errors import InputError
 
     if speed is None:
         rule = "must be given with --teeth: indicators are of the average over the turns of the gear's shaft"
-        raise InputError(Fault("--speed", "nothing", rule, 'Write for example --speed "1500 rpm"'))
+        raise InputError.of("--speed", "nothing", rule, 'Write for example --speed "1500 rpm"')
     average = synchronous_average(channel, speed)
     return {**asdict(gear_indicators(average, teeth)), "settings": average.caption}
 

@@ -9,7 +9,7 @@ from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.options import CaseName, Changes, Period, period_of
 from gearplay.cli.output import Json, print_json, print_text, result_lines
 from gearplay.cli.progress import progress_bar
-from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.errors import InputError, SimulationError
 from gearplay.vocabulary.exit_codes import PARTLY
 
 MOST_LISTED = 10
@@ -75,8 +75,8 @@ def bifurcation(
         for name, text in (("--low", low), ("--high", high))
     ]
     if not ends[0] < ends[1]:
-        raise InputError(
-            Fault("--high", high, f"must be above --low, {low}", "Give both with their unit, the lower first")
+        raise InputError.of(
+            "--high", high, f"must be above --low, {low}", "Give both with their unit, the lower first"
         )
     if branches:
         check_branches(base, path)

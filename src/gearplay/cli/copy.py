@@ -8,7 +8,7 @@ from typing import Annotated, Final
 import typer
 
 from gearplay.cli.output import Json, print_json, print_text
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 PLACES: Final = {
     "case": ("gearplay.model", "cases"),
@@ -80,14 +80,12 @@ def _kinds_of(name: str, kind: str | None, known: dict[str, list[str]]) -> tuple
     from gearplay.model.wording import did_you_mean
 
     if kind is not None and kind not in PLACES:
-        raise InputError(
-            Fault("--kind", kind, "must be case, sweep or calibration", did_you_mean(kind, PLACES))
-        )
+        raise InputError.of("--kind", kind, "must be case, sweep or calibration", did_you_mean(kind, PLACES))
     found = [each for each in ([kind] if kind else PLACES) if name in known[each]]
     if not found:
         everything = sorted({each for of in ([kind] if kind else PLACES) for each in known[of]})
-        raise InputError(
-            Fault("name", name, "must be a bundled case or plan", did_you_mean(name, everything, "Bundled"))
+        raise InputError.of(
+            "name", name, "must be a bundled case or plan", did_you_mean(name, everything, "Bundled")
         )
     return found[0], found[1:]
 

@@ -109,7 +109,7 @@ def _document(found: Any, files: list[Path]) -> dict[str, Any]:
 
 
 def _words(found: Any) -> list[str]:
-    """Return the lines of text: conclusion, hypotheses, what cannot be told, lines, indices."""
+    """Return the report as text: conclusion, hypotheses, limits of the record, lines, indices."""
     unit = found.ds["spectrum"].attrs["units"]
     rows = [found.message, "hypotheses:"]
     for each in found.hypotheses()[:LISTED]:

@@ -30,12 +30,12 @@ def load_sharing(
     import gearplay as gp
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.pictures.canvas import to_png
-    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.vocabulary.errors import InputError
 
     stored = case.endswith(".nc")
     if stored and changes:
         rule = "must not be given with a stored result, whose case is fixed"
-        raise InputError(Fault("--set", changes[0], rule, "Name the case, or simulate it anew"))
+        raise InputError.of("--set", changes[0], rule, "Name the case, or simulate it anew")
     folder = out if out is not None else Path("out") / f"load-sharing-{Path(case).stem}"
     data, picture = folder / "load-sharing.nc", folder / "load-sharing.png"
     for each in (data, picture):
@@ -43,7 +43,7 @@ def load_sharing(
     source = gp.read_result(case) if stored else gp.load_case(case, changes or ())
     if stored and not isinstance(source, gp.Result):
         rule = "must be a result of gearplay run, whose motion has positions and forces"
-        raise InputError(Fault("case", case, rule, "Name a case, or such a result"))
+        raise InputError.of("case", case, rule, "Name a case, or such a result")
     found = gp.load_sharing(source, name=name)
     drawn = to_png(found.plot())
     found.save(data, overwrite=overwrite)

@@ -56,7 +56,7 @@ def lost_motion(
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.hysteresis.page import report_page
     from gearplay.pictures.canvas import to_png
-    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.vocabulary.errors import InputError
 
     measured = case.lower().endswith(".csv")
     if measured:
@@ -65,9 +65,9 @@ def lost_motion(
         for option, value in given.items():
             if value:
                 rule = "must not be given with a measured curve"
-                raise InputError(Fault(option, str(value), rule, "Leave it out, or name a case"))
+                raise InputError.of(option, str(value), rule, "Leave it out, or name a case")
     elif columns is not None:
-        raise InputError(Fault("--columns", columns, "is for a measured curve, RECORD.csv", "Leave it out"))
+        raise InputError.of("--columns", columns, "is for a measured curve, RECORD.csv", "Leave it out")
     folder = out if out is not None else Path("out") / f"lost-motion-{Path(case).stem}"
     names = ("lost-motion.nc", "lost-motion.png", "report.html")
     places = [folder / name for name in names]

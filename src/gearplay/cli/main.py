@@ -19,7 +19,7 @@ from typer.main import get_command
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible, leave_at_once
 from gearplay.cli.options import with_options
 from gearplay.cli.output import error_document, open_streams, output_failure, print_json, say_error, silence
-from gearplay.vocabulary.errors import NO_VALUE, Fault, GearplayError, InputError
+from gearplay.vocabulary.errors import NO_VALUE, GearplayError, InputError
 from gearplay.vocabulary.exit_codes import BROKEN, DONE, INTERRUPTED
 from gearplay.vocabulary.memory import is_too_little_memory, too_little_memory
 
@@ -128,7 +128,7 @@ def _options(
     ] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
 ) -> None:
-    """Take the options that stand before a command; `main` has read --debug already."""
+    """Define the options before the command; `main` has read --debug already."""
 
 
 _UsageError: Final = typer.BadParameter.__bases__[0]
@@ -200,7 +200,7 @@ def _report(error: Exception, wants_json: bool) -> int:
     elif isinstance(error, _UsageError):
         code = InputError.exit_code
         where = getattr(getattr(error, "ctx", None), "command_path", "gearplay")
-        error = InputError(Fault("gearplay", NO_VALUE, _sentence(error), f"Run {where} --help"))
+        error = InputError.of("gearplay", NO_VALUE, _sentence(error), f"Run {where} --help")
         shown = str(error)
     else:
         shown = f"gearplay failed: {type(error).__name__}: {error}. Run again with --debug and report it."

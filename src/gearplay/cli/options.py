@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError
+from gearplay.vocabulary.errors import GearplayError, InputError
 
 if TYPE_CHECKING:
     from gearplay.vocabulary.quantities import Quantity
@@ -61,12 +61,9 @@ def si_number(option: str, text: str, quantity: "Quantity") -> float:
     >>> si_number("--sampling", "12.8kHz", FREQUENCY), si_number("--duration", "0.5", TIME)
     (12800.0, 0.5)
     """
-    from gearplay.schema.units import UnitError, parse_quantity
+    from gearplay.schema.units import quantity_of
 
-    try:
-        return float(text) if _PLAIN.fullmatch(text.strip()) else parse_quantity(text, quantity)
-    except UnitError as error:
-        raise InputError(Fault(option, text, error.rule, error.cure)) from None
+    return float(text) if _PLAIN.fullmatch(text.strip()) else quantity_of(option, text, quantity)
 
 
 def period_of(text: str) -> str | float:

@@ -68,7 +68,7 @@ def error_document(error: BaseException, exit_code: int) -> dict[str, Any]:
 
 
 def _write(stream: TextIO, text: str) -> None:
-    """Write a line at once, into a pipe too; characters the stream cannot show become escapes."""
+    """Write a line and flush; characters that the stream cannot encode become escapes."""
     encoding = stream.encoding or "utf-8"
     stream.write(text.encode(encoding, "backslashreplace").decode(encoding) + "\n")
     stream.flush()

@@ -54,24 +54,22 @@ def plot(
     from gearplay.model.wording import did_you_mean
     from gearplay.pictures.canvas import to_bytes
     from gearplay.results.choice import time_window
-    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.vocabulary.errors import InputError
 
     chosen = kind or ("history" if signal else "overview")
     if chosen not in KINDS:
-        raise InputError(
-            Fault("--kind", chosen, "must be a kind of picture", did_you_mean(chosen, KINDS, "Kinds"))
+        raise InputError.of(
+            "--kind", chosen, "must be a kind of picture", did_you_mean(chosen, KINDS, "Kinds")
         )
     if signal and chosen not in ("history", "spectrum", "waterfall"):
-        raise InputError(
-            Fault("--signal", signal[0], f"has no meaning for {chosen}", "Leave it out, or use --at")
+        raise InputError.of(
+            "--signal", signal[0], f"has no meaning for {chosen}", "Leave it out, or use --at"
         )
     if at and chosen == "overview":
         chosen = "history"
     place = out or Path(run).with_name(f"{Path(run).stem}-{chosen}.png")
     if place.suffix.lower() not in ENDINGS:
-        raise InputError(
-            Fault("--out", place.name, f"must end in {', '.join(ENDINGS)}", "Choose another ending")
-        )
+        raise InputError.of("--out", place.name, f"must end in {', '.join(ENDINGS)}", "Choose another ending")
     check_new(place, overwrite=overwrite)
     result = result_in(run)
     span = time_window(result, window_of(window))
@@ -91,15 +89,15 @@ def result_in(run: str) -> Result:
     from gearplay.model.bundled import bundled
     from gearplay.public_functions import read_result
     from gearplay.results.result import Result
-    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.vocabulary.errors import InputError
 
     if run in bundled("gearplay.model", "cases") or run.endswith(".toml"):
         rule = "must be a result, not a case"
-        raise InputError(Fault("run", run, rule, f"Simulate it first: gearplay run {run} --out run.nc"))
+        raise InputError.of("run", run, rule, f"Simulate it first: gearplay run {run} --out run.nc")
     found = read_result(run)
     if not isinstance(found, Result):
         rule = f"must be the result of a run, not of {type(found).__name__.lower()}"
-        raise InputError(Fault("run", Path(run).name, rule, "In Python read_result(...).plot() draws it"))
+        raise InputError.of("run", Path(run).name, rule, "In Python read_result(...).plot() draws it")
     return found
 
 
@@ -109,14 +107,14 @@ def window_of(text: str | None) -> tuple[float | None, float | None] | None:
     >>> window_of("0.5s:600 ms"), window_of(":0.1"), window_of(None)
     ((0.5, 0.6), (None, 0.1), None)
     """
-    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.vocabulary.errors import InputError
     from gearplay.vocabulary.quantities import TIME
 
     if text is None:
         return None
     ends = text.split(":")
     if len(ends) != 2:
-        raise InputError(Fault("--window", text, "must be two times with a colon between", "Write 0.5s:0.6s"))
+        raise InputError.of("--window", text, "must be two times with a colon between", "Write 0.5s:0.6s")
     found = [si_number("--window", end, TIME) if end.strip() else None for end in ends]
     return found[0], found[1]
 

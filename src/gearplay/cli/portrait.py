@@ -30,13 +30,13 @@ def portrait(
     import gearplay as gp
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.pictures.canvas import to_png
-    from gearplay.vocabulary.errors import Fault, InputError
+    from gearplay.vocabulary.errors import InputError
 
     base = gp.load_case(case, changes or ())
     for name in rotor or ():
         if name not in base.rotors:
             rule = "must be a rotor of the case"
-            raise InputError(Fault("--rotor", name, rule, f"Choose from: {', '.join(base.rotors)}"))
+            raise InputError.of("--rotor", name, rule, f"Choose from: {', '.join(base.rotors)}")
     folder = out if out is not None else Path("out") / f"portrait-{Path(case).stem}"
     data, picture = folder / "portrait.nc", folder / "portrait.png"
     for each in (data, picture):

@@ -13,7 +13,7 @@ import typer
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
 from gearplay.cli.progress import progress_bar
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.exit_codes import PARTLY
 
 Workers = Annotated[
@@ -76,7 +76,7 @@ def sweep(
     folder = out if out is not None else Path("out") / f"sweep-{Path(plan).stem}"
     if overwrite and shard is not None:
         rule = "must not be given with --shard: it would forget what other shards have done"
-        raise InputError(Fault("--overwrite", True, rule, "Remove it, or choose another folder"))
+        raise InputError.of("--overwrite", True, rule, "Remove it, or choose another folder")
     chosen = _engine(engine, workers, scheduler, (tls_ca, tls_cert, tls_key), shard)
     _run(made, folder, chosen, json=json, overwrite=overwrite, zarr=zarr)
 
@@ -215,8 +215,8 @@ def _engine(
     files = {name: path for name, path in zip(names, tls, strict=True) if path is not None}
     if files and scheduler is None:
         rule = "must be given together with --scheduler"
-        raise InputError(
-            Fault("--tls", ", ".join(map(str, files.values())), rule, "Give its address, or remove it")
+        raise InputError.of(
+            "--tls", ", ".join(map(str, files.values())), rule, "Give its address, or remove it"
         )
     return Engine(kind, workers, scheduler, files or None, _shard(shard))
 
@@ -227,5 +227,5 @@ def _shard(text: str | None) -> tuple[int, int] | None:
     found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
         rule = "must be i/n with 1 <= i <= n"
-        raise InputError(Fault("--shard", text, rule, "Write for example --shard 3/8"))
+        raise InputError.of("--shard", text, rule, "Write for example --shard 3/8")
     return int(found[1]), int(found[2])

@@ -25,7 +25,7 @@ from gearplay.signals.averaging import averaged_spectrum
 from gearplay.signals.checks import TWO_PI, check_channel
 from gearplay.signals.envelopes import envelope
 from gearplay.signals.resampling import resampled
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.version import VERSION
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def diagnose(
     healthy: Record | Channel | None = None,
     channel: str | None = None,
 ) -> Diagnosis:
-    """Return what the lines, indices and periodic events of a record say about a machine.
+    """Diagnose a machine from a record: named lines, indices, periodic events, ranked hypotheses.
 
     The speed is sought within 2.5 % of the given one, at the mesh harmonics, else at the turns of the shafts. Averages over the
     turns of each shaft show damaged teeth and eccentric gears; what repeats with no shaft is searched for the envelope lines of
@@ -140,15 +140,13 @@ def _channel(path: str, record: Any, name: str | None) -> Channel:
         return record
     if not isinstance(record, Record):
         rule = "must be a Record or a Channel"
-        raise InputError(Fault(path, record, rule, "Read it with gearplay.read_measurement"))
+        raise InputError.of(path, record, rule, "Read it with gearplay.read_measurement")
     return record.channel(name)
 
 
 def _machine(case: Source | None, teeth: str | None, bearings: str | Sequence[str]) -> Machine:
     if case is not None and teeth is not None:
-        raise InputError(
-            Fault("teeth", teeth, "must not be given with a case, which has them", "Leave one out")
-        )
+        raise InputError.of("teeth", teeth, "must not be given with a case, which has them", "Leave one out")
     given = (bearings,) if isinstance(bearings, str) else tuple(bearings)
     if case is not None:
         machine = machine_of_case(case if isinstance(case, Case) else load_case(case))
@@ -158,29 +156,24 @@ def _machine(case: Source | None, teeth: str | None, bearings: str | Sequence[st
         machine = Machine((Shaft("shaft 1", 1.0),))
     else:
         rule = "must be described by a case, teeth or bearings"
-        raise InputError(
-            Fault("machine", "nothing", rule, 'Give teeth "23:61" or a bearing "8, 7.9mm, 33.5mm"')
-        )
+        raise InputError.of("machine", "nothing", rule, 'Give teeth "23:61" or a bearing "8, 7.9mm, 33.5mm"')
     return machine.with_bearings(given)
 
 
 def _nominal(path: str, machine: Machine, speed: float | str | None) -> float:
     """Return the given speed of the first shaft, else the nominal one of the case [Hz]."""
-    from gearplay.schema.units import UnitError, parse_quantity
+    from gearplay.schema.units import quantity_of
     from gearplay.vocabulary.quantities import ANGULAR_SPEED
 
     if speed is None:
         if machine.speed is None:
             rule = "must be given, within 2 % of the first shaft's"
-            raise InputError(Fault("speed", "nothing", rule, 'Write for example "1797 rpm"'))
+            raise InputError.of("speed", "nothing", rule, 'Write for example "1797 rpm"')
         return machine.speed
-    try:
-        omega = abs(parse_quantity(speed, ANGULAR_SPEED))
-    except UnitError as error:
-        raise InputError(Fault("speed", speed, error.rule, error.cure)) from None
+    omega = abs(quantity_of("speed", speed, ANGULAR_SPEED))
     if omega == 0.0:
-        raise InputError(
-            Fault("speed", speed, "must not be 0: lines count by it", f"Give the speed of the {path}")
+        raise InputError.of(
+            "speed", speed, "must not be 0: lines count by it", f"Give the speed of the {path}"
         )
     return omega / TWO_PI
 
@@ -190,7 +183,7 @@ def _prepared(path: str, channel: Channel, machine: Machine, speed: Any) -> tupl
     values = check_channel(channel, LEAST_SAMPLES)
     if float(np.ptp(values)) <= 1e-12 * float(np.max(np.abs(values))):
         rule = "must vary: a signal at rest shows nothing"
-        raise InputError(Fault(f"{path}.{channel.name}", float(values[0]), rule, "Choose another channel"))
+        raise InputError.of(f"{path}.{channel.name}", float(values[0]), rule, "Choose another channel")
     if isinstance(speed, (Channel, ShaftAngle)):
         turned = resampled(channel, speed)
         mean = float(np.mean(turned.speed)) / TWO_PI
@@ -201,12 +194,10 @@ def _prepared(path: str, channel: Channel, machine: Machine, speed: Any) -> tupl
         taken, given, nominal = channel, None, _nominal(path, machine, speed)
     if nominal * taken.duration < LEAST_TURNS:
         rule = f"must last {LEAST_TURNS} turns of the first shaft or more, {LEAST_TURNS / nominal:.4g} s"
-        raise InputError(
-            Fault(path, f"{taken.duration:.4g} s", rule, "Take a longer record, or check the speed")
-        )
+        raise InputError.of(path, f"{taken.duration:.4g} s", rule, "Take a longer record, or check the speed")
     if nominal > 0.1 * taken.sampling:
         rule = f"must be below {0.1 * taken.sampling:.4g} Hz, a tenth of the sampling rate"
-        raise InputError(Fault("speed", f"{nominal:.4g} Hz", rule, "Sample faster, or check the speed"))
+        raise InputError.of("speed", f"{nominal:.4g} Hz", rule, "Sample faster, or check the speed")
     taken = Channel(taken.name, taken.values - np.mean(taken.values), taken.sampling, taken.unit)
     spectrum = amplitude_spectrum(taken.values, taken.sampling, unit=taken.unit)
     return taken, given if given is not None else found_speed(spectrum, machine, nominal), spectrum

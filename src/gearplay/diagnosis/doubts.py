@@ -1,4 +1,4 @@
-"""What a record cannot decide, as sentences."""
+"""Limits of a diagnosis: questions that the record cannot decide."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gearplay.diagnosis.separation import LEAST_TURNS
 def doubts(
     machine: Machine, found: Measures, every: Sequence[Hypothesis], healthy: Measures | None
 ) -> list[str]:
-    """Return what cannot be told, a sentence each."""
+    """Return the questions that the record cannot decide, a sentence each."""
     said = [*_speed(machine, found), *_gears(machine, found), *_first(machine, found, every)]
     if not machine.bearings:
         said.append("Bearings cannot be told: no geometry of one is given.")
@@ -66,7 +66,7 @@ def _gears(machine: Machine, found: Measures) -> list[str]:
 
 
 def _first(machine: Machine, found: Measures, every: Sequence[Hypothesis]) -> list[str]:
-    """Return what the leading hypothesis leaves open."""
+    """Return the questions that the leading hypothesis leaves open."""
     first = every[0]
     if first.kind == "tooth":
         return [

@@ -42,7 +42,7 @@ class BandEnvelope:
 
 @dataclass(frozen=True)
 class Comb:
-    """Lines of one period in one band: where found [Hz], and how far from the expected place [1].
+    """Comb of harmonics in one band: its frequency [Hz] and relative distance from the expected one [1].
 
     ``prominence`` is their summed power over that of noise [1], ``chance`` the sum that noise alone exceeds in one of
     1 / `FALSE_ALARM` records, over all places and bands tried; ``depth`` of the highest line [1]; ``low`` and ``high`` [Hz].
@@ -58,7 +58,7 @@ class Comb:
 
     @property
     def height(self) -> float:
-        """Prominence over what noise reaches by chance."""
+        """Prominence relative to that expected of noise."""
         return self.prominence / self.chance
 
 
@@ -97,7 +97,7 @@ def best_comb(
     search: float = 0.0,
     without: Floats | None = None,
 ) -> Comb:
-    """Return the comb that stands highest over the bands within ``frequency`` (1 -+ ``search``) [Hz].
+    """Return the comb of greatest prominence over all bands, its frequency within ``frequency`` (1 -+ ``search``) [Hz].
 
     ``pattern`` holds for each line its multiple of the frequency and an offset [Hz]; lines nearer than 1.5 bins to one of
     ``without`` [Hz], which belong to another source, do not count.

@@ -189,7 +189,7 @@ def _rattle(machine: Machine, found: Measures, healthy: Measures | None) -> list
 
 
 def _explained(machine: Machine, every: list[Hypothesis]) -> list[Hypothesis]:
-    """Return the hypotheses less what the strongest one explains of their evidence."""
+    """Return the hypotheses without the evidence that the strongest one explains."""
     lead = max(every, key=lambda h: h.strength, default=None)
     if lead is None or lead.strength <= 0.0:
         return every

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from gearplay.signals.bearing_lines import BearingOrders, bearing_orders
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -77,7 +77,7 @@ class Machine:
     def with_bearings(self, texts: Sequence[str]) -> Machine:
         """Return the machine with further bearings, each as text; `InputError` for text that is none."""
         if len(texts) > MOST:
-            raise InputError(Fault("bearings", len(texts), f"must be at most {MOST}", "Name fewer"))
+            raise InputError.of("bearings", len(texts), f"must be at most {MOST}", "Name fewer")
         found = [
             bearing_of(text, k, len(self.shafts), alone=len(texts) == 1) for k, text in enumerate(texts, 1)
         ]
@@ -99,10 +99,10 @@ def machine_of_teeth(text: str) -> Machine:
     pairs = [(int(each[1]), int(each[2])) for each in stages if each is not None]
     if len(pairs) < len(stages) or not all(3 <= z <= 10_000 for pair in pairs for z in pair):
         rule = "must be numbers of teeth, 3 to 10000 each, driver and driven of every stage"
-        raise InputError(Fault("teeth", text, rule, EXAMPLE))
+        raise InputError.of("teeth", text, rule, EXAMPLE)
     if 2 * len(pairs) > MOST:
-        raise InputError(
-            Fault("teeth", text, f"must be at most {MOST // 2} stages", "Name those near the sensor")
+        raise InputError.of(
+            "teeth", text, f"must be at most {MOST // 2} stages", "Name those near the sensor"
         )
     shafts, gears, meshes = [Shaft("shaft 1", 1.0)], list[Gear](), list[Mesh]()
     for k, (driver, driven) in enumerate(pairs):
@@ -127,7 +127,7 @@ def bearing_of(text: str, number: int, shafts: int, *, alone: bool = True) -> Be
     body, at, place = text.partition("@")
     parts = [part.strip() for part in body.split(",")]
     if not 3 <= len(parts) <= 4 or not re.fullmatch(r"[0-9]{1,4}", parts[0]):
-        raise InputError(Fault("bearings", text, "must be a bearing's geometry", BEARING))
+        raise InputError.of("bearings", text, "must be a bearing's geometry", BEARING)
     shaft = place.strip() if at else "1"
     if not re.fullmatch(r"[0-9]{1,2}", shaft) or not 1 <= int(shaft) <= shafts:
         rule = (
@@ -135,17 +135,17 @@ def bearing_of(text: str, number: int, shafts: int, *, alone: bool = True) -> Be
             if shafts > 1
             else "must sit on shaft 1, the only one"
         )
-        raise InputError(Fault("bearings", text, rule, BEARING))
+        raise InputError.of("bearings", text, rule, BEARING)
     try:
         sizes = [parse_quantity(part, LENGTH) for part in parts[1:3]]
         angle = parse_quantity(parts[3], ANGLE) if len(parts) == 4 else 0.0
     except UnitError as error:
-        raise InputError(Fault("bearings", text, error.rule, BEARING)) from None
+        raise InputError.of("bearings", text, error.rule, BEARING) from None
     try:
         orders = bearing_orders(int(parts[0]), *sizes, contact_angle=angle)
     except InputError as error:
         fault = error.faults[0]
-        raise InputError(Fault("bearings", text, f"{fault.path} {fault.rule}", fault.cure)) from None
+        raise InputError.of("bearings", text, f"{fault.path} {fault.rule}", fault.cure) from None
     name = "bearing" if alone else f"bearing {number}"
     return Bearing(name, int(shaft) - 1, orders)
 
@@ -161,9 +161,7 @@ def machine_of_case(case: Case) -> Machine:
     from gearplay.model.planetary_frequencies import set_frequencies
 
     if not case.meshes:
-        raise InputError(
-            Fault("case", case.title, "must have a mesh", "Give a case with gears, or the teeth")
-        )
+        raise InputError.of("case", case.title, "must have a mesh", "Give a case with gears, or the teeth")
     names = list(case.rotors)
     turns = np.abs(rolling.nominal_speeds(case)) / (2.0 * math.pi)
     fixed = [j for j in range(len(case.meshes)) if rolling_frame(case, j) is None]
@@ -171,9 +169,7 @@ def machine_of_case(case: Case) -> Machine:
     speed = float(turns[names.index(first)])
     if speed == 0.0 or not np.any(turns > 0.0):
         rule = "must prescribe a speed, from which its gears roll"
-        raise InputError(
-            Fault("case", case.title, rule, "Give a drive with a speed, or the teeth and the speed")
-        )
+        raise InputError.of("case", case.title, rule, "Give a drive with a speed, or the teeth and the speed")
     turning = [
         first,
         *(n for n in names if n != first and ".planet" not in n and turns[names.index(n)] > 0.0),

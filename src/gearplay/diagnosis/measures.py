@@ -48,7 +48,7 @@ class GearMeasure:
 
 @dataclass(frozen=True)
 class Measures:
-    """Measures of one record: statistics, gears by their place, bearings' parts by (bearing, part), combs of the random rest.
+    """Measures of one record: statistics, gears by index, bearings' parts by (bearing, part), combs of the random residual.
 
     ``mesh`` has for each mesh the comb of the envelope of ``rest``, what repeats with no shaft; ``events`` that of the gears of
     planetary sets, whose turns are not averaged. ``impulsive`` is the kurtosis of the most impulsive ``band`` [Hz] of the rest,

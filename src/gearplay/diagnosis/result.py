@@ -40,7 +40,7 @@ class Diagnosis(OfDataset):
 
     @property
     def cannot_be_told(self) -> list[str]:
-        """What the record cannot decide, one sentence each."""
+        """Questions that the record cannot decide, one sentence each."""
         found: list[str] = json.loads(self.dataset.attrs["cannot_be_told"])
         return found
 

@@ -1,4 +1,4 @@
-"""Separation of a record into what repeats with each shaft and the random rest."""
+"""Separation of a record into averages synchronous with each shaft and a random residual."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Separation:
     rest: Channel
 
     def of(self, shaft: int | None) -> ShaftAverage | None:
-        """Return the average of a shaft, None where there is none."""
+        """Return the average of a shaft, or None."""
         return next((each for each in self.shafts if each.shaft == shaft), None)
 
 

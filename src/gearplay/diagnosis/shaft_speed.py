@@ -50,7 +50,7 @@ def floor_of(power: Floats, block: int = 10, blocks: int = 11) -> Floats:
 
 
 def found_speed(spectrum: Spectrum, machine: Machine, nominal: float) -> FoundSpeed:
-    """Return the speed at which mesh harmonics, else shaft orders, stand highest over the spectrum around them.
+    """Return the speed of greatest prominence of the mesh harmonics, else of the shaft orders.
 
     The comb is summed in logarithms, so that one strong neighbour, as a sideband, does not win; the lines that stand out are then
     located between the bins, and weighed by their order.
@@ -90,7 +90,7 @@ def _best(spectrum: Spectrum, orders: Floats, beside: Floats, nominal: float) ->
 
 
 def _located(spectrum: Spectrum, orders: Floats, speed: float) -> tuple[float, float] | None:
-    """Return speed and uncertainty [Hz] by the lines that stand out, None where none does."""
+    """Return speed and uncertainty [Hz] from the prominent lines, None without any."""
     power = spectrum.amplitude**2
     level = np.sqrt(floor_of(power))
     values, weights = [], []

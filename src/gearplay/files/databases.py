@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from gearplay.files.atomic import shown_path
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError, TakenError
+from gearplay.vocabulary.errors import InputError, ResourceError, TakenError
 
 
 @contextmanager
@@ -32,8 +32,8 @@ def sqlite_errors(path: Path, rule: str, cure: str, *, foreign: bool = False) ->
         place = shown_path(path.parent)
         if "locked" in words:
             busy = f"its {path.name} must not be in use by another process"
-            raise InputError(Fault("out", place, busy, "Wait for it, or choose another folder")) from None
-        raise TakenError(Fault("out", place, f"its {path.name} must {rule} ({words})", cure)) from None
+            raise InputError.of("out", place, busy, "Wait for it, or choose another folder") from None
+        raise TakenError.of("out", place, f"its {path.name} must {rule} ({words})", cure) from None
 
 
 def _cause(error: BaseException | None) -> sqlite3.Error | None:

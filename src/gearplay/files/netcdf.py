@@ -154,7 +154,7 @@ def send(request: Request) -> tuple[None, list[bytes]]:
 
 @contextmanager
 def _refusing(path: Path) -> Iterator[None]:
-    """Turn what HDF5 and its readers raise of a damaged file, which may be anything, into one sentence."""
+    """Convert any exception of HDF5 and its readers on a damaged file to an `InputError`."""
     try:
         yield
     except (GearplayError, MemoryError):
@@ -205,7 +205,7 @@ def _declared_bytes(source: Path | BytesIO) -> float:
 
 
 def _check_digest(path: Path, size: int) -> bool:
-    """Return whether the file ends with a digest; `InputError` where that is not of what stands before."""
+    """Return whether the file ends with a digest; `InputError` where the digest does not match the content."""
     if size < LENGTH:
         return False
     with open(path, "rb") as file:

@@ -11,7 +11,7 @@ from gearplay.model.case import Case
 from gearplay.model.reading import bundled_names
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
 from gearplay.model.wording import did_you_mean
-from gearplay.vocabulary.errors import Fault, InputError, shorten
+from gearplay.vocabulary.errors import InputError, shorten
 
 Source = str | os.PathLike[str] | Mapping[str, Any]
 
@@ -34,7 +34,7 @@ def plan_document(source: Source, package: str) -> dict[str, Any]:
         where = name
     elif not name.endswith(".toml") and not os.path.lexists(name):
         rule = "must be a bundled plan or the path of a file"
-        raise InputError(Fault("plan", name, rule, did_you_mean(name, known, "Plans")))
+        raise InputError.of("plan", name, rule, did_you_mean(name, known, "Plans"))
     else:
         text, where = read_text(Path(name), what="plan"), shorten(Path(name).name)
     document: dict[str, Any] = plain_copy(parse_toml(text, where))
@@ -48,5 +48,5 @@ def _case_path(plan: Path, case: str) -> str:
     place = plan.parent / Path(case).expanduser()
     if not os.path.lexists(place):
         rule = f"must be a bundled case, or a file whose path counts from the plan's folder: {shown_path(place)} is not there"
-        raise InputError(Fault("case", case, rule, did_you_mean(case, bundled_names(), "Cases")))
+        raise InputError.of("case", case, rule, did_you_mean(case, bundled_names(), "Cases"))
     return str(place)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 class Stored:
-    """A group of an HDF5 file of a result; `ValueError`, whose text is a predicate, where it does not hold what is read.
+    """A group of an HDF5 result file; a missing or mistyped item is a `ValueError`, whose text is a predicate.
 
     Parameters
     ----------

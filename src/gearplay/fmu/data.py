@@ -19,7 +19,7 @@ from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.solver.status import WORDS
 from gearplay.stepping.inputs import Input, hold, own_system
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 LOG_ROOM = 64
 MOST_BYTES = 1 << 25
@@ -29,7 +29,7 @@ PER_LINE = 6
 
 @dataclass(frozen=True)
 class Data:
-    """Sources in C by file name, and the digest of what they hold."""
+    """Sources in C by file name, and the digest of their content."""
 
     texts: dict[str, str]
     digest: str
@@ -44,7 +44,7 @@ def make_data(
     tunes: Sequence[Tune],
     identity: str,
 ) -> Data:
-    """Write the data of a case; ``places`` are the columns of its outputs, ``identity`` what names and describes them.
+    """Write the data of a case; ``places`` are the columns of its outputs, ``identity`` their names and descriptions.
 
     Raises `InputError` for a case whose memory is too large.
     """
@@ -68,8 +68,8 @@ def make_data(
     words = image.words
     if words.nbytes > MOST_BYTES:
         rule = f"must take {MOST_BYTES >> 20} MB at most, and takes {words.nbytes / 2**20:.3g}"
-        raise InputError(
-            Fault("case", f"{len(case.rotors)} rotors", rule, "Shorten its tables, or its record of the base")
+        raise InputError.of(
+            "case", f"{len(case.rotors)} rotors", rule, "Shorten its tables, or its record of the base"
         )
     rows = _word_rows(image, packed, system, run, start, inputs, tunes)
     digest = hashlib.sha256(words.tobytes() + repr((rows, image.relocations, identity)).encode()).hexdigest()
@@ -126,7 +126,7 @@ def token_of(digest: str) -> str:
 
 
 def quoted(text: str) -> str:
-    r"""Return a text as a literal of C, whatever is in it.
+    r"""Return any text as a string literal of C.
 
     >>> quoted('a"b\\n')
     '"a\\042b\\134n"'
@@ -168,7 +168,7 @@ def _word_rows(
                 place = image.place_of(array) + word.offset
                 if taken.setdefault((0, place), tune.name) != tune.name:
                     rule = f"must not change what {taken[0, place]} changes, too"
-                    raise InputError(Fault("tune", tune.name, rule, "Leave one of the two out"))
+                    raise InputError.of("tune", tune.name, rule, "Leave one of the two out")
                 rows.append(_row(n, place, word))
         _refuse_torques(tune, known, inputs)
     return rows
@@ -187,7 +187,7 @@ def _refuse_torques(tune: Tune, known: Sequence[NDArray[Any]], inputs: Sequence[
     clash = [each.name for each in inputs if each.kind < 2 and each.place in touched]
     if clash:
         rule = f"must not change the inertia or the torque of a rotor with an input, {clash[0]}"
-        raise InputError(Fault("tune", tune.name, rule, "Leave one of the two out"))
+        raise InputError.of("tune", tune.name, rule, "Leave one of the two out")
 
 
 def _row(tune: int, place: int, word: Word) -> str:

@@ -1,4 +1,4 @@
-"""The model description of an FMU, FMI 2.0 and 3.0: variables with units and words, and what the FMU can do."""
+"""Model description of an FMU, FMI 2.0 and 3.0: variables with units and descriptions, capabilities."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Model:
-    """What a description says of the whole: names, token, variables, and the experiment of the case [s, 1]."""
+    """Attributes of a model description: names, token, variables, default experiment [s, 1]."""
 
     name: str
     identifier: str

@@ -20,7 +20,7 @@ from gearplay.model.reading import Source, load_case
 from gearplay.model.variables import VARIABLES
 from gearplay.solver.trajectory import Column
 from gearplay.stepping.inputs import Input, find_inputs, find_outputs
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 ENDING: Final = ".fmu"
 DATE: Final = (1980, 1, 1, 0, 0, 0)
@@ -88,13 +88,13 @@ def export_fmu(
     """
     file = Path(path)
     if file.suffix != ENDING:
-        raise InputError(
-            Fault("out", file.name, f"must end in {ENDING}", f"Write {file.stem or 'drive'}{ENDING}")
+        raise InputError.of(
+            "out", file.name, f"must end in {ENDING}", f"Write {file.stem or 'drive'}{ENDING}"
         )
     check_new(file, overwrite=overwrite)
     chosen = [platform(name) for name in (_own_platform() if platforms is None else dict.fromkeys(platforms))]
     if not chosen:
-        raise InputError(Fault("platforms", [], f"must be some of {', '.join(PLATFORMS)}", "Name one"))
+        raise InputError.of("platforms", [], f"must be some of {', '.join(PLATFORMS)}", "Name one")
     case = load_case(case)
     packed, member = pack(case), usual_member(case) if member is None else member
     start = member_state(case, packed, member)
@@ -131,7 +131,7 @@ def _own_platform() -> list[str]:
     found = [name for name, each in PLATFORMS.items() if each.target == host()]
     if not found:
         rule = f"must be given where this platform ({host()}) is none of {', '.join(PLATFORMS)}"
-        raise InputError(Fault("platforms", None, rule, "Name some of them"))
+        raise InputError.of("platforms", None, rule, "Name some of them")
     return found
 
 
@@ -170,9 +170,7 @@ def _variables(
     names = [each.name for each in found]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise InputError(
-            Fault("outputs", twice[0], "must have a name of its own", "Leave one of the two out")
-        )
+        raise InputError.of("outputs", twice[0], "must have a name of its own", "Leave one of the two out")
     return tuple(found)
 
 

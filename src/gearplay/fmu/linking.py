@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 from gearplay.build.archive import static_library
 from gearplay.build.linking import linker
 from gearplay.kernels.library import LibraryError
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 SOURCES: Final = Path(__file__).with_name("c")
 
@@ -33,9 +33,7 @@ PLATFORMS: Final = {
 def platform(name: str) -> Platform:
     """Return a platform by its name; `InputError` for another."""
     if name not in PLATFORMS:
-        raise InputError(
-            Fault("platforms", name, f"must be of {', '.join(PLATFORMS)}", "Choose some of these")
-        )
+        raise InputError.of("platforms", name, f"must be of {', '.join(PLATFORMS)}", "Choose some of these")
     return PLATFORMS[name]
 
 

@@ -93,7 +93,7 @@ def _find(case: Case, packed: Packed, start: Any, member: int, name: str) -> Tun
         changed = [seen(each) for each in tried]
     except InputError:
         rule = f"must be a field that may have every value from {low:g} to {high:g}, a half and twice that of the case"
-        raise InputError(Fault("tune", name, rule, "Export one FMU for each value of it")) from None
+        raise InputError.of("tune", name, rule, "Export one FMU for each value of it") from None
     words: list[Word] = []
     for n, array in enumerate(arrays_of(packed, start)):
         others = [list(each)[n] for each in changed]
@@ -105,7 +105,7 @@ def _find(case: Case, packed: Packed, start: Any, member: int, name: str) -> Tun
             word = _rule(array, k, value, tried, [_number(row[k]) for row in rows], _number(own[k]), exact)
             if word is None and array is start and member > 0:
                 rule = "must not change where the flanks of a member with a drawn start are"
-                raise InputError(Fault("tune", name, rule, "Start as member 0, drive flanks in touch"))
+                raise InputError.of("tune", name, rule, "Start as member 0, drive flanks in touch")
             if (
                 word is None
                 or array is packed.natural
@@ -116,9 +116,7 @@ def _find(case: Case, packed: Packed, start: Any, member: int, name: str) -> Tun
             words.append(word)
     if not words:
         rule = "must be a field whose change is one of the motion"
-        raise InputError(
-            Fault("tune", name, rule, "Leave it out; of a planetary set name the field of the set")
-        )
+        raise InputError.of("tune", name, rule, "Leave it out; of a planetary set name the field of the set")
     return Tune(name, unit_at(case, name), value, low, high, tuple(words))
 
 
@@ -170,17 +168,17 @@ def _value_at(case: Case, name: str) -> float:
             value = value[int(part)] if isinstance(value, (list, tuple)) else value[part]
         except (KeyError, IndexError, ValueError, TypeError):
             rule = "must be the path of a field of this case"
-            raise InputError(
-                Fault("tune", name, rule, "See gearplay check, or the case file's reference")
+            raise InputError.of(
+                "tune", name, rule, "See gearplay check, or the case file's reference"
             ) from None
     if not isinstance(value, float) or value == 0.0 or not np.isfinite(value):
         rule = (
             "must be a field with a number other than 0, which is changed to between a half and twice of it"
         )
-        raise InputError(Fault("tune", name, rule, "Give it a value in the case, or leave it out"))
+        raise InputError.of("tune", name, rule, "Give it a value in the case, or leave it out")
     return value
 
 
 def _refused(name: str) -> InputError:
     rule = "must be a field that changes nothing but numbers in proportion, so that they can change without a new export"
-    return InputError(Fault("tune", name, rule, "Export one FMU for each value of it"))
+    return InputError.of("tune", name, rule, "Export one FMU for each value of it")

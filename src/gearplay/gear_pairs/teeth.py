@@ -21,7 +21,7 @@ from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
 from gearplay.toothing.load_sharing import static_sharing, tip_gaps
 from gearplay.toothing.outline import closed_teeth
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -131,7 +131,7 @@ def mesh_number(case: Case, mesh: str | int | None) -> int:
         return 0
     rule = "must name a mesh" if labels else "must have a mesh"
     cure = f"Meshes: {', '.join(labels[:12])}{', ...' if len(labels) > 12 else ''}" if labels else "Add one"
-    raise InputError(Fault("mesh", "none" if mesh is None else mesh, rule, cure))
+    raise InputError.of("mesh", "none" if mesh is None else mesh, rule, cure)
 
 
 def _dataset(case: Case, j: int) -> xr.Dataset:
@@ -140,7 +140,7 @@ def _dataset(case: Case, j: int) -> xr.Dataset:
     pair = geometry.installed_pair(case, j)
     if math.isnan(pair.working_angle):
         rule = f"must be above {1e3 * pair.least_distance:.6g} mm for these teeth to mesh"
-        raise InputError(Fault(f"meshes.{j}", f"{1e3 * pair.distance:.6g} mm", rule, "Correct the positions"))
+        raise InputError.of(f"meshes.{j}", f"{1e3 * pair.distance:.6g} mm", rule, "Correct the positions")
     pitch, path = pair.first.base_pitch, pair.path
     places = np.linspace(path.start - 0.25 * pitch, path.end + 0.25 * pitch, PLACES)
     phases = np.linspace(0.0, 1.0, PHASES)
@@ -217,7 +217,7 @@ LIGHTEST = 1e-9
 
 
 def _distance_variables(case: Case, j: int, pair: GearPair, variables: dict[str, Any]) -> dict[str, Any]:
-    """Add what changes with the centre distance, and over the clearance circle; return their coordinates."""
+    """Add the variables over centre distance and over the clearance circle; return their coordinates."""
     play = sum(geometry.clearance_of(case, name) or 0.0 for name in case.meshes[j].rotors)
     around = 1.2 * play or AROUND * pair.first.module
     low, high = pair.range_of_distances

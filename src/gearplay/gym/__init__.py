@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gearplay.model.reading import Source, load_case, replace
 from gearplay.stepping.arguments import checked_time
 from gearplay.stepping.stepper import Stepper
-from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.errors import InputError, SimulationError
 from gearplay.vocabulary.optional import load_optional
 
 try:
@@ -66,7 +66,7 @@ class GearEnv(_base):  # type: ignore[misc]
         bounds = np.array(limits, dtype=np.float64).reshape(-1, 2)
         if len(bounds) != len(inputs) or not np.all(bounds[:, 0] < bounds[:, 1]):
             rule = f"must be a lower and a higher value of each of {len(inputs)} inputs"
-            raise InputError(Fault("limits", list(limits), rule, "Write limits=[(-1.0, 1.0)]"))
+            raise InputError.of("limits", list(limits), rule, "Write limits=[(-1.0, 1.0)]")
         self._steps = max(1, round(checked_time(duration) / self._dt)) if self._dt > 0.0 else 1
         self._taken = 0
         self.action_space = spaces.Box(bounds[:, 0], bounds[:, 1], dtype=np.float64)

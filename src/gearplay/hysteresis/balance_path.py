@@ -116,7 +116,7 @@ class Train:
         return whole.copy(), forces.copy()
 
     def _changed(self, now: Floats, before: Floats, left: Floats) -> bool:
-        """Change what sticks and slips where the present answer contradicts it; return whether anything did."""
+        """Update the sticking and slipping states that the solution contradicts; return whether any changed."""
         changed = False
         for k, mu in self.friction.items():
             sense = self.slips[k]
@@ -129,7 +129,7 @@ class Train:
         return changed
 
     def compliance(self) -> float:
-        """Return the slope of the rotation over the torque at the present equilibrium [rad/(N m)]; what sticks is held."""
+        """Return the slope of rotation over torque at the equilibrium [rad/(N m)]; sticking rotors are held."""
         shape = self.shape()
         return float(shape[self.out])
 

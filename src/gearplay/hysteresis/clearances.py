@@ -7,20 +7,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 from gearplay.hysteresis.balance_path import Train
 from gearplay.hysteresis.cycle import lost_motion_of
 from gearplay.model.case import Case
 from gearplay.model.plan_values import value_at
 from gearplay.model.reading import replace
-from gearplay.model.wording import translate
+from gearplay.model.wording import validated
 from gearplay.parts.mesh.schema import PlanetMesh
 from gearplay.parts.registry import COUPLING, MESH, SLEEVE
 from gearplay.sweeps.cases.draws import check_draws, draw, sample_size
 from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.reading import load_sweep
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+from gearplay.vocabulary.errors import InputError, ResourceError
 
 Floats = NDArray[np.float64]
 
@@ -89,16 +88,12 @@ def design_of(tolerances: Any, case: Case, members: int | None) -> Design | None
             return None
         return Design(count=members, parameters=parameters)
     if isinstance(tolerances, Mapping) and "parameters" in tolerances:
-        table = {"count": members or 64, **tolerances}
-        try:
-            design = Design.model_validate(table)
-        except ValidationError as error:
-            raise InputError(translate(error, table, Design)) from None
+        design = validated(Design, {"count": members or 64, **tolerances})
     else:
         plan = load_sweep(tolerances)
         if plan.design is None:
             rule = "must be a plan with drawn parameters"
-            raise InputError(Fault("tolerances", plan.title, rule, "Add a [design] with what scatters"))
+            raise InputError.of("tolerances", plan.title, rule, "Add a [design] with what scatters")
         design = plan.design
     check_count("members", sample_size(design) if members is None else members)
     return design if members is None else design.model_copy(update={"count": members})

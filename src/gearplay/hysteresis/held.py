@@ -17,7 +17,7 @@ from gearplay.parts.rotor.schema import Initial, Load, SpeedDrive
 from gearplay.parts.tables import HOLDERS
 from gearplay.schema.fields import FrozenTable
 from gearplay.solver.frames import CarrierFrames
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 
@@ -64,18 +64,18 @@ def held(case: Case, at: str, hold: str | Sequence[str]) -> Held:
     names, holds = list(hot.rotors), (hold,) if isinstance(hold, str) else tuple(hold)
     for field, name in (("at", at), *(("hold", name) for name in holds)):
         if name not in names:
-            raise InputError(
-                Fault(field, name, "must be a rotor of the case", did_you_mean(name, names, "Rotors"))
+            raise InputError.of(
+                field, name, "must be a rotor of the case", did_you_mean(name, names, "Rotors")
             )
     if at in holds or not holds:
         rule = "must name a rotor other than the one that the torque acts on"
-        raise InputError(Fault("hold", hold, rule, "Hold the input, and load the output"))
+        raise InputError.of("hold", hold, rule, "Hold the input, and load the output")
     turns = np.zeros(len(names))
     still = _unloaded(hot, dict.fromkeys(holds, 0.0), at, turns)
     free = np.abs(rolling.free_turns(still)[names.index(at)]).max(initial=0.0)
     if free > MOVES:
         rule = f"must keep {at} from turning, but the train still rolls"
-        raise InputError(Fault("hold", ", ".join(holds), rule, "Hold further rotors as well"))
+        raise InputError.of("hold", ", ".join(holds), rule, "Hold further rotors as well")
     try:
         ratios = rolling.nominal_speeds(_unloaded(hot, {at: 1.0}, "", turns))
     except InputError:  # a torsional spring or another held rotor keeps it from turning

@@ -15,13 +15,13 @@ from gearplay.hysteresis.cycle import Numbers, numbers_of, torque_cycle
 from gearplay.hysteresis.held import Held, held
 from gearplay.hysteresis.result import LostMotion, dataset_of
 from gearplay.hysteresis.slow_run import slow_cycle
-from gearplay.hysteresis.torques import quantity_of, stages_of
+from gearplay.hysteresis.torques import positive_of, stages_of
 from gearplay.model.case import Case
 from gearplay.model.reading import Source, replace
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -116,11 +116,11 @@ def lost_motion(
     for field, given in (("at", at), ("hold", hold), ("torque", torque)):
         if given is None:
             rule = "is required of a case"
-            raise InputError(Fault(field, None, rule, "Name output and input, and give the rated torque"))
+            raise InputError.of(field, None, rule, "Name output and input, and give the rated torque")
     assert at is not None
     assert hold is not None
     base = case_of(case)
-    rated = quantity_of("torque", torque, q.TORQUE)
+    rated = positive_of("torque", torque, q.TORQUE)
     ends = stages_of(stages, rated)
     whole = held(base, at, hold)
     _check_friction(whole, ends[0])
@@ -130,7 +130,7 @@ def lost_motion(
         curve = torque_cycle(Train(whole), rated, ends, cycles=cycles)
         parts = parts_of(Train(whole), rated)
     else:
-        curve, parts = slow_cycle(whole, rated, cycles, quantity_of("period", period, q.TIME)), {}
+        curve, parts = slow_cycle(whole, rated, cycles, positive_of("period", period, q.TIME)), {}
     found = numbers_of(curve, rated, ends)
     more: dict[str, tuple[Any, list[Numbers]]] = {}
     if positions is not None:
@@ -140,7 +140,7 @@ def lost_motion(
         more["member"] = study.over_cases("members", drawn_cases(design, base))
     if temperatures is not None:
         kelvin = [
-            quantity_of(f"temperatures.{k}", each, q.TEMPERATURE) for k, each in enumerate(temperatures)
+            positive_of(f"temperatures.{k}", each, q.TEMPERATURE) for k, each in enumerate(temperatures)
         ]
         _, rows = study.over_cases("temperatures", [_at_temperature(base, each) for each in kelvin])
         more["temperature"] = np.array(kelvin), rows
@@ -173,7 +173,7 @@ class _Study:
     def over_turn(self, whole: Held, count: int) -> tuple[Floats, list[Numbers]]:
         if not np.any(whole.ratios):
             rule = f"must be left out, since {self.at} does not turn: a torsional spring or a held rotor keeps it"
-            raise InputError(Fault("positions", count, rule, "Leave it out, or let the output turn"))
+            raise InputError.of("positions", count, rule, "Leave it out, or let the output turn")
         turns, rows = 2.0 * np.pi * np.arange(count) / count, []
         for k, turn in enumerate(turns.tolist()):
             rows.append(self._numbers(whole, turn))
@@ -196,7 +196,7 @@ def _check_friction(whole: Held, first: float) -> None:
     if friction >= first:
         rule = f"must be above the friction of the train at {whole.at}, {friction:.4g} N m"
         cure = "Raise the first stage or the rated torque, or lower the friction"
-        raise InputError(Fault("stages.0", f"{first:.4g} N m", rule, cure))
+        raise InputError.of("stages.0", f"{first:.4g} N m", rule, cure)
 
 
 def _at_temperature(case: Case, kelvin: float) -> Case:

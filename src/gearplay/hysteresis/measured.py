@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from gearplay.hysteresis.cycle import LINEAR, POINTS, SMALL, Curve, Numbers, numbers_of
 from gearplay.hysteresis.result import FIELDS, STAGE_NAMES, WORDS, LostMotion, dataset_of, in_arcmin
 from gearplay.hysteresis.table_reading import Measured, read_curve
-from gearplay.hysteresis.torques import quantity_of, stages_of
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.hysteresis.torques import positive_of, stages_of
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import TORQUE
 from gearplay.vocabulary.version import VERSION
 
@@ -62,7 +62,7 @@ class Branches:
         return tau
 
     def to_slip(self, friction: float) -> Floats:
-        """Return how far each sample is from where sticking turns into slipping [N m], shape [sample]."""
+        """Return the distance of each sample from the transition of sticking to slipping [N m], shape [sample]."""
         tau, far = self.effective(friction), np.empty_like(self.torque)
         for start, stop, sense in self.runs:
             part = self.torque[start:stop] - sense * friction
@@ -169,8 +169,8 @@ class Fit:
         if np.any(self.values[2:5] <= 0.0):
             stage = STAGE_NAMES[int(np.argmin(self.values[2:5]))]
             rule = f"must turn further with more torque, but in stage {stage} it does not"
-            raise InputError(
-                Fault("columns", stage, rule, "Check the order and the signs of torque and rotation")
+            raise InputError.of(
+                "columns", stage, rule, "Check the order and the signs of torque and rotation"
             )
 
     def curve(self, values: Floats) -> Curve:
@@ -211,7 +211,7 @@ class Fit:
 
 
 def _correlation_factor(left: Floats) -> float:
-    """Return by how much neighbours that are alike enlarge the variance of a mean: (1 + r) / (1 - r), r of the next sample."""
+    """Return the inflation of a mean's variance by autocorrelation: (1 + r) / (1 - r), r at a lag of one sample."""
     square = float(left @ left)
     if square <= 0.0:
         return 1.0
@@ -230,9 +230,7 @@ def _check_coverage(torque: Floats, branches: Branches, ends: Sequence[float]) -
     senses = {sense for start, stop, sense in branches.runs if stop - start > 1}
     if senses != {1, -1}:
         rule = "must rise and fall, from one sign to the other and back"
-        raise InputError(
-            Fault("columns", "torque", rule, "Record a whole cycle, in the order of the samples")
-        )
+        raise InputError.of("columns", "torque", rule, "Record a whole cycle, in the order of the samples")
     edges = [0.0, *ends, np.inf]
     for name, low, high in zip(STAGE_NAMES, edges, edges[1:], strict=False):
         for sign in (1.0, -1.0):
@@ -240,7 +238,7 @@ def _check_coverage(torque: Floats, branches: Branches, ends: Sequence[float]) -
                 rule = (
                     f"must have three samples or more with {'+' if sign > 0 else '-'} torque in stage {name}"
                 )
-                raise InputError(Fault("stages", f"{low:.4g} N m", rule, "Change the stages, or record more"))
+                raise InputError.of("stages", f"{low:.4g} N m", rule, "Change the stages, or record more")
 
 
 def measured_lost_motion(
@@ -248,19 +246,17 @@ def measured_lost_motion(
 ) -> LostMotion:
     """Return the numbers of a measured curve with intervals; see `lost_motion`."""
     if not isinstance(path, (str, os.PathLike)):
-        raise InputError(
-            Fault("case", path, "must be the path of a CSV file with columns", "Leave columns out of a case")
+        raise InputError.of(
+            "case", path, "must be the path of a CSV file with columns", "Leave columns out of a case"
         )
     record = read_curve(path, columns)
     largest = float(np.max(np.abs(record.torque)))
     if largest == 0.0:
-        raise InputError(
-            Fault("columns", "torque", "must not be 0 throughout", "Name the column of the torque")
-        )
-    rated = largest if torque is None else quantity_of("torque", torque, TORQUE)
+        raise InputError.of("columns", "torque", "must not be 0 throughout", "Name the column of the torque")
+    rated = largest if torque is None else positive_of("torque", torque, TORQUE)
     if rated > 1.1 * largest:
         rule = f"must be reached by the record, whose largest torque is {largest:.4g} N m"
-        raise InputError(Fault("torque", f"{rated:.4g} N m", rule, "Lower it, or leave it out"))
+        raise InputError.of("torque", f"{rated:.4g} N m", rule, "Lower it, or leave it out")
     ends = stages_of(stages, rated)
     fit = Fit(record, rated, ends)
     attributes = {

@@ -14,13 +14,13 @@ from gearplay.hysteresis.clearances import design_of, drawn_cases
 from gearplay.hysteresis.cycle import ARCMIN, LINEAR, half_width_of
 from gearplay.hysteresis.held import Held, held
 from gearplay.hysteresis.snippets import modelica_text, mujoco_text, urdf_text
-from gearplay.hysteresis.torques import quantity_of
+from gearplay.hysteresis.torques import positive_of
 from gearplay.model.reading import Source
 from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -147,8 +147,8 @@ def reduce(
     given = base.rotors[at].load.torque if torque is None else torque
     if given == 0.0:
         rule = "is required, since the output has no load torque"
-        raise InputError(Fault("torque", None, rule, "Give the rated torque"))
-    rated = quantity_of("torque", given, q.TORQUE)
+        raise InputError.of("torque", None, rule, "Give the rated torque")
+    rated = positive_of("torque", given, q.TORQUE)
     found = _joint(whole, rated)
     design = design_of(tolerances, base, members)
     rows = (

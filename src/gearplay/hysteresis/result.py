@@ -198,7 +198,7 @@ class LostMotion(OfDataset):
         return f" ({low:.4g} to {high:.4g})"
 
     def plot(self) -> Figure:
-        """Draw the hysteresis curve and what the lost motion consists of; return the figure."""
+        """Draw the hysteresis curve and the parts of the lost motion; return the figure."""
         from gearplay.hysteresis.figures import lost_motion_drawing
 
         drawn: Figure = lost_motion_drawing(self.dataset)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 IMPEDANCE = 1e-4
 """Least impedance of a limit in MuJoCo."""
@@ -15,7 +15,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}", re.ASCII)
 def _checked(name: str) -> str:
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         rule = "must be a letter, then letters, digits and underscores, 64 at most"
-        raise InputError(Fault("name", name, rule, "Choose another"))
+        raise InputError.of("name", name, rule, "Choose another")
     return name
 
 

@@ -16,7 +16,7 @@ from gearplay.files.measurements.csv_layout import Layout, is_comment, is_number
 from gearplay.model.wording import did_you_mean
 from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+from gearplay.vocabulary.errors import InputError, ResourceError
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def read_curve(path: str | os.PathLike[str], columns: Sequence[str] | None) -> M
     wanted = list(columns) if columns is not None else ["1", "2"]
     if len(wanted) != 2:
         rule = "must name two columns, torque and rotation"
-        raise InputError(Fault("columns", ", ".join(wanted), rule, "Name two, as TORQUE,ROTATION"))
+        raise InputError.of("columns", ", ".join(wanted), rule, "Name two, as TORQUE,ROTATION")
     places = [_place(name, layout) for name in wanted]
     factors = [
         _factor(name, layout.units[at], quantity)
@@ -61,7 +61,7 @@ def read_curve(path: str | os.PathLike[str], columns: Sequence[str] | None) -> M
     known = np.isfinite(torque) & np.isfinite(angle)
     if int(known.sum()) < FEWEST:
         rule = f"must have {FEWEST} rows or more with both numbers, it has {int(known.sum())}"
-        raise InputError(Fault("file", shown_path(place), rule, "Name the columns of torque and rotation"))
+        raise InputError.of("file", shown_path(place), rule, "Name the columns of torque and rotation")
     return Measured(torque[known], angle[known], int((~known).sum()))
 
 
@@ -76,7 +76,7 @@ def _lines(place: Path) -> list[str]:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         rule = f"must be a file that can be read ({reason})"
-        raise InputError(Fault("file", shown_path(place), rule, "Check its path")) from None
+        raise InputError.of("file", shown_path(place), rule, "Check its path") from None
 
 
 def _number(row: Sequence[str], at: int, decimal: str) -> float:
@@ -96,7 +96,7 @@ def _place(name: str, layout: Layout) -> int:
         return int(bare) - 1
     numbers = f"Give numbers from 1 to {layout.columns}"
     cure = did_you_mean(name, [each for each in names if each], "Columns") if any(names) else numbers
-    raise InputError(Fault("columns", name, "must be a column of the file", cure))
+    raise InputError.of("columns", name, "must be a column of the file", cure)
 
 
 def _factor(name: str, unit: str, quantity: q.Quantity) -> float:
@@ -107,4 +107,4 @@ def _factor(name: str, unit: str, quantity: q.Quantity) -> float:
     try:
         return parse_quantity(f"1 {given}", quantity)
     except UnitError as error:
-        raise InputError(Fault("columns", f"{name} [{given}]", error.rule, error.cure)) from None
+        raise InputError.of("columns", f"{name} [{given}]", error.rule, error.cure) from None

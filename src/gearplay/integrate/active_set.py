@@ -127,7 +127,7 @@ def state_of(system: System, active_set: ActiveSet, i: int, t: float, y: Floats,
 
 @compiled_inline
 def states_of(system: System, active_set: ActiveSet, e: int, t: float, y: Floats, result: Floats) -> None:
-    """Do what `state_of` does for every rotor of element e."""
+    """Apply `state_of` to every rotor of element e."""
     a, b, c = members(system, e)
     state_of(system, active_set, a, t, y, result)
     if b >= 0:
@@ -243,10 +243,25 @@ def is_newly_free(system: System, active_set: ActiveSet, e: int, t: float) -> bo
 def rebuild(system: System, active_set: ActiveSet, t: float, y: Floats, branch: Branch) -> None:
     """Partition bodies and elements at t [s]: assign their states and fill the lists."""
     assign_body_states(system, active_set, t, y, branch)
-    active_set.active[0] = active_set.states[0] = active_set.near[0] = 0
-    active_set.acting[0] = active_set.watched[0] = active_set.switches[0] = active_set.hiding[
-        0
-    ] = active_set.joining[0] = 0
+    for e in range(system.elements.size):
+        before = active_set.element_states[e]
+        active_set.element_states[e] = DORMANT
+        if active_set.watched[e + 1] == 1:  # by `assign_body_states`
+            active_set.element_states[e] = ACTING
+        elif has_active(system, active_set, e):
+            active_set.element_states[e] = WATCHED
+        elif before != DORMANT or is_newly_free(system, active_set, e, t):
+            active_set.due[e] = t
+        if active_set.element_states[e] != DORMANT or system.elements[e].contacts == 0:
+            active_set.due[e] = NEVER
+    fill_lists(system, active_set)
+
+
+@compiled_once
+def fill_lists(system: System, active_set: ActiveSet) -> None:
+    """Fill the lists of indices from the states of bodies and elements."""
+    active_set.active[0] = active_set.states[0] = active_set.near[0] = active_set.acting[0] = 0
+    active_set.watched[0] = active_set.switches[0] = active_set.hiding[0] = active_set.joining[0] = 0
     for i in range(system.rotors.size):
         if active_set.body_states[i] != ACTIVE:
             continue
@@ -256,13 +271,10 @@ def rebuild(system: System, active_set: ActiveSet, t: float, y: Floats, branch: 
         for axis in range(3):
             add(active_set.states, vx_of(system, i) + axis)
     for e in range(system.elements.size):
-        element, before = system.elements[e], active_set.element_states[e]
-        active_set.element_states[e] = DORMANT
-        acts = active_set.watched[e + 1]  # by `assign_body_states`; later entries are not yet written over
-        if element.joins == 1 and acts == 0:
+        element, state = system.elements[e], active_set.element_states[e]
+        if element.joins == 1 and state != ACTING:
             add(active_set.joining, e)
-        if acts == 1:
-            active_set.element_states[e] = ACTING
+        if state == ACTING:
             add(active_set.acting, e)
             for slot in range(element.state, element.state + element.states):
                 add(active_set.states, slot)
@@ -270,8 +282,7 @@ def rebuild(system: System, active_set: ActiveSet, t: float, y: Floats, branch: 
                 add(active_set.switches, s)
                 if system.switches[s].hides == 1:
                     add(active_set.hiding, s)
-        elif has_active(system, active_set, e):
-            active_set.element_states[e] = WATCHED
+        elif state == WATCHED:
             add(active_set.watched, e)
             for s in range(element.switch, element.switch + element.switches):
                 if system.switches[s].role == TOUCH:
@@ -280,15 +291,11 @@ def rebuild(system: System, active_set: ActiveSet, t: float, y: Floats, branch: 
             note_near(active_set, a)
             note_near(active_set, b)
             note_near(active_set, c)
-        elif before != DORMANT or is_newly_free(system, active_set, e, t):
-            active_set.due[e] = t
-        if active_set.element_states[e] != DORMANT or element.contacts == 0:
-            active_set.due[e] = NEVER
 
 
 @compiled_inline
 def note_near(active_set: ActiveSet, i: int) -> None:
-    """Add rotor i to the free rotors beside watched elements."""
+    """Add rotor i to the free rotors of watched elements."""
     if i < 0 or active_set.body_states[i] != FREE:
         return
     for k in range(1, active_set.near[0] + 1):

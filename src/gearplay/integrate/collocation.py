@@ -101,7 +101,7 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
 
 @compiled_once
 def attempt_implicit(system: System, run: Run, h: float) -> int:
-    """Try a step of h [s] of the active rotors into y_new, and leave behind what an explicit step does; return 0, or 1."""
+    """Try a step of h [s] of the active rotors into y_new, with the same side data as an explicit step; return 0, or 1."""
     kept, active_set, t = run.implicit, run.active_set, run.clock[T]
     numbers = kept.numbers
     if numbers[IN_USE] == 0:

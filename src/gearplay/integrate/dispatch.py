@@ -103,7 +103,7 @@ def apply_forces(
 def stay_open(
     system: System, e: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what element e's gaps do at (t, y) between free rotors, and for how long [s] they surely stay open."""
+    """Return the state of element e's gaps at (t, y) between free rotors, and a time [s] for which they provably stay open."""
     return STAYS_OPEN, longest
 
 
@@ -115,7 +115,7 @@ def forcing_rate(system: System, e: int, t: float, y: Floats) -> float:
 
 @dispatched(compiled_inline)
 def start_step(system: System, e: int, t: float, y: Floats, branch: Branch) -> None:
-    """Store what the stages of a step of element e from (t, y) need."""
+    """Store the data for the stages of a step of element e from (t, y)."""
 
 
 @dispatched(compiled_inline)
@@ -205,8 +205,6 @@ def show(
 
 # Functions that only the exact derivative needs.
 
-DERIVATIVE = ("linearise", "add_change", "crossing", "jump", "carry_sample")
-
 
 @dispatched(compiled_inline, required=True)
 def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads: Loads, row: Floats) -> int:
@@ -218,7 +216,7 @@ def linearise(system: System, e: int, t: float, y: Floats, branch: Branch, loads
 def add_change(
     system: System, e: int, row: Floats, z: Floats, branch: Branch, force: Floats, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)], and fill in ``dz``, what a change z changes when element e acts."""
+    """Add the change of element e's forces by a change z to ``force`` [rotor, (N, N, N m)], that of its rates to ``dz``."""
     ...
 
 

@@ -13,7 +13,7 @@ from gearplay.kernels.layout import OPEN, RATE, TOUCH, System
 
 @compiled_inline
 def allowance(system: System, run: Run, s: int) -> float:
-    """Return how far [m or rad] beyond zero a step may end behind switch s: behind a touch a tenth of its allowed error.
+    """Return the overshoot [m or rad] allowed at the end of a step past switch s: at a touch a tenth of its error tolerance.
 
     At most ``DEEPEST`` of the contact's natural size: at a touch that deep the force is still zero.
     """

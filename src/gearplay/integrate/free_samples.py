@@ -172,7 +172,7 @@ def fill_signal(system: System, run: Run, i: int, signal: int, samples: Floats) 
 
 @compiled_inline
 def fill_acceleration(system: System, run: Run, i: int, axis: int, samples: Floats) -> None:
-    """Fill rotor i's acceleration along an axis in a block, from its states there."""
+    """Fill rotor i's acceleration along an axis in a block, from its states in the block."""
     r = system.rotors[i]
     if run.active_set.body_states[i] != FREE:
         for s in range(samples.size):
@@ -252,7 +252,7 @@ def fill_powers(system: System, run: Run, first: int, count: int) -> None:
 
 @compiled_once
 def fill_element(system: System, run: Run, e: int, first: int, count: int) -> None:
-    """Fill what element e shows in a block."""
+    """Fill the signals of element e in a block of samples."""
     columns, shown, rows = run.columns, run.shown, run.rows
     acting = run.active_set.element_states[e] == ACTING
     dispatch.show(

@@ -48,7 +48,7 @@ HUB = 4  # joints of a rotor from which on its unknowns come last
 
 @dataclass(frozen=True, eq=False)
 class Implicit(Group):
-    """What the implicit method keeps from step to step, for m unknown accelerations at most."""
+    """Workspace of the implicit method that persists between steps, for at most m unknown accelerations."""
 
     numbers: Ints  # slots above
     sizes: Floats
@@ -76,7 +76,7 @@ class Implicit(Group):
 
 
 def make_implicit(rotors: int, elements: int, states: int) -> Implicit:
-    """Allocate what the implicit method keeps, for a number of rotors, elements and states."""
+    """Allocate the workspace of the implicit method for a number of rotors, elements and states."""
     m = min(3 * rotors, LARGEST)
     numbers, sizes = np.zeros(NUMBERS, dtype=np.int64), np.zeros(SIZES)
     numbers[BACKOFF] = FIRST_BACKOFF

@@ -56,7 +56,7 @@ def methods_traced(kept: Implicit) -> int:
 
 @compiled_inline
 def predict(system: System, run: Run, h: float, onward: bool) -> None:
-    """Guess the accelerations at the stages: those of the last two steps go ``onward``, or they stay what they are."""
+    """Predict the accelerations at the stages: extrapolated from the last two steps (``onward``), or constant."""
     kept, active = run.implicit, run.active_set.active
     sizes, w, last, older, k = kept.sizes, kept.weights, kept.last, kept.older, kept.k
     traced, stages = onward and kept.numbers[TRACED] > 0, STAGES[kept.numbers[METHOD]]
@@ -112,7 +112,7 @@ def place_stage(system: System, run: Run, stage: int, h: float) -> None:
 
 @compiled_inline
 def trace(run: Run, h: float) -> None:
-    """Keep the derivatives of a step that was accepted, for the guesses of the next ones."""
+    """Store the derivatives of an accepted step, from which the next stages are predicted."""
     kept, states, numbers = run.implicit, run.active_set.states, run.implicit.numbers
     for c in range(1, states[0] + 1):
         s = states[c]

@@ -82,7 +82,7 @@ def differentiate(system: System, run: Run, t: float, h: float) -> int:
 
 @compiled_once
 def differentiate_by(system: System, run: Run, i: int) -> None:
-    """Fill the columns of rotor i, only the elements beside it acting."""
+    """Fill the columns of rotor i from the elements that act on it."""
     kept, active_set, z, dz = run.implicit, run.active_set, run.change, run.stages[2]
     for axis in range(3):
         column = kept.unknowns[3 * i + axis]

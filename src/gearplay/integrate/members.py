@@ -51,7 +51,7 @@ _OUTSIDE = ("columns", "wanted_rotors", "wanted_elements", "needed", "free_state
 
 @dataclass(frozen=True, eq=False)
 class Batch(Group):
-    """Members of one case: where they start, what they have in common, and the state in which each ended."""
+    """Members of one case: starts, common data, final state of each."""
 
     place: Ints  # slots above
     times: Floats  # [s]: end of the transient, end of the run, sampling interval

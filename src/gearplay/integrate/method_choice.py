@@ -103,7 +103,7 @@ def choose_method(run: Run, part: float, longest: float, longer: float) -> int:
 
 @compiled_inline
 def pays(run: Run, h: float) -> bool:
-    """Return whether steps of h [s] that cost what those of the trial did cost less than explicit ones over the same time.
+    """Return whether implicit steps of h [s], at the cost of the trial's, are cheaper than explicit ones over the same time.
 
     In right-hand sides, of which an explicit step takes six and as much as one besides. A step's equations are made and solved in
     some 2 ns for each pair of unknowns, stage and iteration, where an acting element takes 90 ns.

@@ -72,7 +72,7 @@ def leaves_mesh(system: System, run: Run, e: int) -> bool:
 
 @compiled_once
 def failure(system: System, run: Run) -> int:
-    """Return why the step tried into y_new failed: a state that is not finite, gears that leave mesh, or its length.
+    """Return the status of the step into y_new that failed: not finite, gears leave mesh, or step too small.
 
     A stage of a step that is far too long may fail anywhere: gears leave mesh only where the accepted motion takes them there.
     """
@@ -113,7 +113,7 @@ def evaluate(system: System, run: Run, t: float) -> int:
 
 @compiled_inline
 def change_mode(system: System, run: Run, s: int, t: float, y: Floats, loads: Loads) -> None:
-    """Apply switch s at t [s]; log what it does to its contact, and to the partner that this excludes."""
+    """Apply switch s at t [s]; log the change of its contact, and the release of the contact that excludes it."""
     contact, modes = system.switches[s].contact, run.branch.modes
     partner = system.contacts[contact].partner if contact >= 0 else -1
     before = modes[contact] if contact >= 0 else OPEN
@@ -128,7 +128,7 @@ def change_mode(system: System, run: Run, s: int, t: float, y: Floats, loads: Lo
 
 @compiled_inline
 def resolve_coincidence(system: System, run: Run, t: float) -> bool:
-    """Change one contact that, at the same instant as another, is past its touch or release; False if there is none."""
+    """Change one further contact that is past its touch or release at the same instant; False if there is none."""
     for c in range(1, run.active_set.switches[0] + 1):
         s = run.active_set.switches[c]
         if system.switches[s].role != TOUCH:

@@ -81,5 +81,5 @@ def right_hand_side(
 def rates_of(
     system: System, active_set: ActiveSet, t: float, y: Floats, branch: Branch, dy: Floats, loads: Loads
 ) -> int:
-    """Do what `right_hand_side` does, for callers who need it now and then."""
+    """Evaluate `right_hand_side` as a function of the library, for rare callers."""
     return right_hand_side(system, active_set, t, y, branch, dy, loads)

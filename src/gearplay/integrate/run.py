@@ -88,7 +88,7 @@ def _listed(items: set[int]) -> Ints:
 
 
 def _wanted(system: System, columns: Ints) -> tuple[Ints, Ints, int]:
-    """Return what the kept columns are computed from: rotors, elements, and what of forces: 0 nothing, 1 these, 2 torques too."""
+    """Return the dependencies of the kept columns: rotors, elements, and the level of forces: 0 none, 1 forces, 2 torques too."""
     first, wanted = PER_ROTOR * system.rotors.size, columns.tolist()
     of_rotors = [c for c in wanted if c < first]
     rotors, elements = {c // PER_ROTOR for c in of_rotors}, set()

@@ -32,7 +32,7 @@ def lost_power(brake: float, spin: float, damping: float, v_x: float, v_y: float
 
 @compiled_once
 def applied_torque(system: System, i: int, y: Floats) -> float:
-    """Return the torque [N m] on rotor i of what is not an element: constant, drag, dry friction."""
+    """Return the torque [N m] on rotor i that is not of an element: constant torque, drag, dry friction."""
     r, spin = system.rotors[i], spin_of(system, i, y)
     return float(r.torque - braking(r.drag, r.friction, r.friction_speed, spin))
 
@@ -51,7 +51,7 @@ def shaft_power(
 ) -> tuple[float, float, float]:
     """Return rotor i's drive torque and load torque [N m], counter-clockwise positive, and the power it loses [W].
 
-    ``torque`` is the sum on it but for a prescribed drive's, (a_x, a_y, alpha) how it is accelerated.
+    ``torque`` is the sum on it without a prescribed drive's torque, (a_x, a_y, alpha) its acceleration.
     """
     r, spin = system.rotors[i], spin_of(system, i, y)
     drive, load = r.drive_torque, r.torque - r.drive_torque

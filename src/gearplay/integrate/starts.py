@@ -28,7 +28,7 @@ class Tree(Group):
 
 @dataclass(frozen=True, eq=False)
 class Draws(Group):
-    """What members have drawn, and what they have in common."""
+    """Random draws of the members, and their common data."""
 
     base: Floats  # [state]: rotations and speeds
     own: Rows  # [rotor, 4]: given displacements and velocities of centres
@@ -82,7 +82,7 @@ def turn_tree(system: System, tree: Tree, shares: Floats, y: Floats, memory: Row
 
 @compiled_once
 def draw_starts(system: System, tree: Tree, draws: Draws) -> None:
-    """Fill the starts of all members; what would wedge a mesh is drawn in, down to the given displacements."""
+    """Fill the starts of all members; a draw that would wedge a mesh is scaled down, at most to the given displacements."""
     for m in range(draws.starts.shape[0]):
         for e in range(draws.memory.shape[0]):
             for k in range(draws.memory.shape[1]):

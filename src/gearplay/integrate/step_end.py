@@ -45,7 +45,7 @@ def misses_touch(system: System, run: Run, first: int) -> bool:
 
 @compiled_once
 def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
-    """Make the state at the end t [s] of a step of h [s] the present one, with what switches there; return a status.
+    """Accept the state at the end t [s] of a step of h [s] and apply its switches; return a status.
 
     ``first`` is the switch that ended the step, -1 for none.
     """
@@ -71,7 +71,7 @@ def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
 
 @compiled_inline
 def copy_contact(source: Floats, target: Floats, k: int) -> None:
-    """Copy what the search for switches and peaks reads of contact k at the start of a step."""
+    """Copy the values of contact k at the start of a step for the search for switches and peaks."""
     target[k, PENETRATION] = source[k, PENETRATION]
     target[k, RATE] = source[k, RATE]
     target[k, MARGIN] = source[k, MARGIN]
@@ -80,7 +80,7 @@ def copy_contact(source: Floats, target: Floats, k: int) -> None:
 
 @compiled
 def go_on(system: System, run: Run) -> None:
-    """Make the end of a step the start of the next, for what takes part in it."""
+    """Make the end of a step the start of the next, for active rotors and acting elements."""
     active_set = run.active_set
     for c in range(1, active_set.states[0] + 1):
         i = active_set.states[c]

@@ -51,7 +51,7 @@ GROWTH = 5.0  # of a step over the one before, at most
 
 @compiled_inline
 def longest_step(system: System, run: Run) -> float:
-    """Return the longest step [s] that still resolves every forcing term of what is integrated or watched."""
+    """Return the longest step [s] that resolves every forcing term of acting and watched elements."""
     active_set, t, y = run.active_set, run.clock[T], run.y
     fastest = max(system.base[RATE], 1e-9) if shakes(system, t) else 1e-9
     for c in range(1, active_set.acting[0] + 1):
@@ -192,7 +192,7 @@ def end_free_motion(system: System, run: Run, e: int, t: float) -> int:
 
 @compiled_once
 def synchronise(system: System, run: Run) -> int:
-    """Bring y up to the present time for every rotor; return a status. Flights go on from where they began."""
+    """Evaluate y of every rotor at the present time; return a status. The closed forms keep their origins."""
     for i in range(system.rotors.size):
         if run.active_set.body_states[i] != ACTIVE:
             state_of(system, run.active_set, i, run.clock[T], run.y, run.y)

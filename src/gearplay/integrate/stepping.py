@@ -42,7 +42,7 @@ from gearplay.parts.registry import POSITIONER, SERVO
 
 # Kinds of inputs: torque of a drive, of a load, commanded speed of a servo, commanded angle of a position servo.
 DRIVE_INPUT, LOAD_INPUT, SPEED_INPUT, ANGLE_INPUT = range(4)
-# What a change of inputs asks for: nothing, a new derivative, a new active set.
+# Effect of a change of inputs: none, a new derivative, a new active set.
 UNCHANGED, JUMPS, RESTARTS = range(3)
 # Slots of Held.clock: end of the present step [s].
 UNTIL = 0
@@ -149,7 +149,7 @@ def release(system: System, run: Run, i: int) -> None:
 
 @compiled_inline
 def change_input(system: System, run: Run, held: Held, k: int) -> int:
-    """Apply a new value of input k to a run that has begun, at a communication point; return what it asks for."""
+    """Apply a new value of input k at a communication point; return `UNCHANGED`, `JUMPS` or `RESTARTS`."""
     kind, at = held.kinds[k], held.places[k]
     set_input(system, held, k, held.wanted[k])
     if kind <= LOAD_INPUT:

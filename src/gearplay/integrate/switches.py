@@ -33,7 +33,7 @@ INACTIVE = -1.0
 
 
 def make_memory(system: System) -> Floats:
-    """Allocate what elements remember, shape [element, memory]: nothing yet."""
+    """Allocate the memory of the elements, shape [element, memory], in its initial state."""
     kinds = system.elements["kind"].tolist()
     memory = np.zeros((len(kinds), MEMORY))
     for e, kind in enumerate(kinds):

@@ -145,7 +145,7 @@ def advance_stage(tangent: Tangent, c: int, stage: int, h: float) -> None:
 
 @compiled_once
 def advance_tangent(system: System, run: Run, tangent: Tangent, steps: int) -> int:
-    """Do what `stepper.advance` does, step by step, and move the tangent on with it; return a status."""
+    """Advance as `stepper.advance`, step by step, and propagate the tangent; return a status."""
     begun = run.counts[BEGUN]
     if begun == 0:
         remember(system, run, tangent)

@@ -18,7 +18,7 @@ from gearplay.kernels.layout import Branch, Loads, System
 
 @dataclass(frozen=True, eq=False)
 class Tangent(Group):
-    """Changes of a run's start moved on to its present, and what a step needs; made by `make_tangent`."""
+    """Changes of a run's initial state propagated to its present, with the workspace of a step; made by `make_tangent`."""
 
     changes: Rows  # [change, state, then stored impact speeds]
     rates: Cubes  # [change, stage, the same]
@@ -67,7 +67,7 @@ def read_state(system: System, run: Run, y: Floats) -> None:
 
 @compiled_once
 def remember(system: System, run: Run, tangent: Tangent) -> None:
-    """Note what a step starts from."""
+    """Store the state at the start of a step."""
     now, before, branch = run.active_set, tangent.before, tangent.branch
     read_state(system, run, tangent.y)
     for i in range(system.rotors.size):

@@ -61,7 +61,7 @@ def interpolate_rotor(system: System, run: Run, i: int, h: float, x: float) -> N
 
 @compiled
 def interpolate_element(system: System, run: Run, e: int, h: float, x: float) -> None:
-    """Fill y_try with what element e depends on at t + x h."""
+    """Fill y_try with the states that element e depends on, at t + x h."""
     if run.implicit.numbers[COLLOCATED] > 0:
         weigh_inside(run.implicit, x)
     a, b, c = members(system, e)

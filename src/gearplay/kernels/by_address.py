@@ -74,7 +74,7 @@ class Group:
     @classmethod
     @cache
     def shapes(cls) -> dict[str, Shapes]:
-        """Return what each field is: of an array dtype and dimensions, of a group its class, of a tuple its parts."""
+        """Return the shape of each field: dtype and dimensions of an array, class of a group, items of a tuple."""
         hints = typing.get_type_hints(cls, include_extras=True)
         names = [field.name for field in dataclasses.fields(cast(Any, cls))]
         return {name: cls._declared.get(name) or _shape_of(hints[name]) for name in names}
@@ -108,7 +108,7 @@ def group_forms() -> dict[str, Any]:
 
 
 def _shape_of(hint: Any) -> Shapes:
-    """Return what a field is by its annotation."""
+    """Return the shape of a field by its annotation."""
     if isinstance(hint, type) and issubclass(hint, Group):
         return hint
     if typing.get_origin(hint) is typing.Annotated:

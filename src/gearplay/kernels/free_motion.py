@@ -42,7 +42,7 @@ def free_rates(system: System, i: int, v_x: float, v_y: float, omega: float) -> 
 def shaken_rates(
     system: System, i: int, t: float, v_x: float, v_y: float, omega: float
 ) -> tuple[float, float, float]:
-    """Do what `free_rates` does with the housing as it moves at t [s]."""
+    """Evaluate `free_rates` with the motion of the housing at t [s]."""
     a_x, a_y, alpha = free_rates(system, i, v_x, v_y, omega)
     r = system.rotors[i]
     lag = r.mass * r.inv_mass * base_acceleration(system, t)
@@ -96,7 +96,7 @@ def must_be_integrated(system: System, i: int, t: float, y: Floats, ramping: int
 
 @compiled_inline
 def is_known(system: System, i: int, y: Floats, ramping: int) -> bool:
-    """Return whether rotor i keeps its nominal motion whatever touches it: held, prescribed, no ramp or ripple."""
+    """Return whether rotor i keeps its nominal motion under any force: held or prescribed, without ramp or ripple."""
     r = system.rotors[i]
     moves = y[vx_of(system, i)] != 0.0 or y[vy_of(system, i)] != 0.0 or y[omega_of(system, i)] != 0.0
     steady = ramping == 0 and r.ripple_count == 0

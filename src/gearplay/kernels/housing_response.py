@@ -43,7 +43,7 @@ def behind_sine(system: System, gamma: float, t: float, h: float) -> tuple[float
 
 @compiled_once
 def behind_record(system: System, gamma: float, t: float, h: float) -> tuple[float, float]:
-    """Do what `behind_sine` does while a record acts, piece by piece."""
+    """Evaluate `behind_sine` for a record, piece by piece."""
     base, step, count = system.base, system.base[STEP], int(system.base[COUNT])
     at, end = (t - base[START]) / step, (t + h - base[START]) / step
     way, speed = 0.0, 0.0

@@ -120,7 +120,7 @@ def find_rates(system: System, c: int, y: Floats, constant: float, modal_rates: 
 
 @compiled_once
 def largest_acceleration(system: System, c: int, k: int, tau: float, modal_rates: Floats) -> float:
-    """Return what the acceleration of coordinate k of chain c cannot exceed from tau [s] after its launch on.
+    """Return a bound of the acceleration of coordinate k of chain c from tau [s] after its launch on.
 
     Swings only decay, so it is the sum of what is left of them.
     """
@@ -155,7 +155,7 @@ def bound_joined(
 
 @compiled_inline
 def move(system: System, c: int, k: int, tau: float, modal_rates: Floats) -> tuple[float, float, float]:
-    """Return how far coordinate k of chain c has come tau [s] after its launch, its velocity and its acceleration."""
+    """Return displacement, velocity and acceleration of coordinate k of chain c tau [s] after its launch."""
     chain = system.joined.chains[c]
     row, way, speed, curvature = chain.right + 2 * chain.count * k, 0.0, 0.0, 0.0
     for m in range(chain.vibration, chain.vibration + chain.vibrations):
@@ -195,7 +195,7 @@ def joined_accelerations(system: System, i: int, tau: float, modal_rates: Floats
 
 @compiled_once
 def move_change(system: System, c: int, tau: float, z: Floats, modal_rates: Floats) -> None:
-    """Let a change z of chain c's coordinates go on over a free motion of tau [s]; ``modal_rates`` is scratch."""
+    """Propagate a change z of chain c's coordinates over a free motion of tau [s]; ``modal_rates`` is scratch."""
     find_rates(system, c, z, 0.0, modal_rates)
     chain = system.joined.chains[c]
     for k in range(chain.count):

@@ -200,7 +200,7 @@ class Signal(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Branch(Group):
-    """The smooth branch that a run is on, and what it remembers; made by `branch.make_branch`."""
+    """The smooth branch of a run and the memory of its elements; made by `branch.make_branch`."""
 
     modes: Ints  # of every contact, of the elements' own, then 1 for each rotor that ramps
     impact_speeds: Floats  # [m/s], impact speeds
@@ -210,7 +210,7 @@ class Branch(Group):
 
 @dataclass(frozen=True, eq=False)
 class Loads(Group):
-    """What acts at one state: the contact table, the sums on each rotor (N, N, N m), and an element's scratch."""
+    """Loads at one state: the contact table, the sums on each rotor (N, N, N m), and an element's scratch."""
 
     contacts: Rows  # [contact, CONTACT_COLUMNS]
     rotors: Rows  # [rotor, 3]

@@ -68,7 +68,7 @@ def content_digest(content: bytes) -> str:
 
 
 def find(folder: Path, suffix: str = SUFFIX) -> Path | None:
-    """Return the library of these sources in a folder; None where there is none, or its content is not what its name says.
+    """Return the library of these sources in a folder; None if it is missing, or its content does not match its name.
 
     Raises `LibraryError` where another user could replace it.
     """

@@ -13,7 +13,7 @@ from gearplay.kernels.layout import System, omega_of, theta_of
 
 @compiled
 def ripple(system: System, i: int, t: float) -> tuple[float, float, float]:
-    """Return what rotor i's drive adds to its nominal rotation at t [s]: angle [rad], speed [rad/s], rad/s^2.
+    """Return the ripple of rotor i's drive at t [s], relative to the nominal rotation: angle [rad], speed [rad/s], rad/s^2.
 
     With psi = k omega_0 t: angle a/k (cos(phase) - cos(psi + phase)), zero at t = 0, speed omega_0 a sin(psi + phase).
     """

@@ -22,7 +22,7 @@ def place_rotor(system: System, i: int, free_states: Rows, s: int, y: Floats) ->
 
 @compiled_inline
 def place_members(system: System, e: int, free_states: Rows, s: int, y: Floats) -> None:
-    """Do what `place_rotor` does for every rotor of element e."""
+    """Apply `place_rotor` to every rotor of element e."""
     a, b, c = members(system, e)
     place_rotor(system, a, free_states, s, y)
     if b >= 0:

@@ -31,7 +31,7 @@ class Signed:
 
     @cached_property
     def hints(self) -> tuple[dict[str, Any], Any]:
-        """The annotations of its parameters, by name, and of what it returns."""
+        """Annotations of its parameters and of its return value, by name."""
         hints = typing.get_type_hints(self.py_func, include_extras=True)
         result = hints.pop("return")
         return hints, result

@@ -51,7 +51,7 @@ def linearise_unbalance(system: System, i: int, t: float, y: Floats, force: Rows
 
 @compiled_once
 def change_accelerations(system: System, i: int, row: Floats, z: Floats, force: Rows, dz: Floats) -> None:
-    """Fill rotor i's accelerations in ``dz`` from what a change z of the state changes in the sums of forces on it."""
+    """Fill rotor i's accelerations in ``dz`` from the change of the sums of forces on it by a change z of the state."""
     r = system.rotors[i]
     u_x, u_y, spin, moment, w = row[U_X], row[U_Y], row[SPIN], r.unbalance, r.inv_mass
     turn, f_x, f_y = z[theta_of(i)], force[i, 0], force[i, 1]

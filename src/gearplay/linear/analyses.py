@@ -16,9 +16,9 @@ from gearplay.model.families import Family, Varied
 from gearplay.model.field_units import unit_at
 from gearplay.model.reading import Source
 from gearplay.results.simulate import case_of
-from gearplay.schema.units import UnitError, parse_quantity
+from gearplay.schema.units import quantity_of
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+from gearplay.vocabulary.errors import InputError, ResourceError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -107,8 +107,8 @@ def campbell(case: Source, speeds: ArrayLike | Sequence[str], *, load: str = "op
         [speed_of(each) for each in np.atleast_1d(np.asarray(speeds, dtype=object)).tolist()], dtype=float
     )
     if not 2 <= numbers.size <= MOST or np.any(np.diff(numbers) <= 0.0) or not np.all(np.isfinite(numbers)):
-        raise InputError(
-            Fault("speeds", numbers.size, f"must be 2 to {MOST} rising numbers", "Give them in order")
+        raise InputError.of(
+            "speeds", numbers.size, f"must be 2 to {MOST} rising numbers", "Give them in order"
         )
     return campbell_of(case_of(case), numbers, load=load)
 
@@ -183,20 +183,18 @@ def frequency_response(
         or np.any(numbers < 0.0)
     ):
         rule = f"must be 1 to {MOST} frequencies of 0 Hz or more"
-        raise InputError(Fault("frequencies", str(numbers.shape), rule, "Give them in Hz"))
+        raise InputError.of("frequencies", str(numbers.shape), rule, "Give them in Hz")
     names = [at] if isinstance(at, str) else list(at)
     if not names or not all(isinstance(name, str) for name in names):
-        raise InputError(Fault("at", str(at), "must name outputs", "Write for example ring.x"))
+        raise InputError.of("at", str(at), "must name outputs", "Write for example ring.x")
     if path is None and values is None:
         if callable(case) and not isinstance(case, Case):
             rule = "is required where the case is a function"
-            raise InputError(Fault("path", None, rule, "Name its parameter, and give its values"))
+            raise InputError.of("path", None, rule, "Name its parameter, and give its values")
         return response_of(linear_system(case_of(case), load=load), force, names, numbers)
     if path is None or values is None or not len(values):
         rule = "must be given together"
-        raise InputError(
-            Fault("path, values", path, rule, "Give the field or parameter, and one value or more")
-        )
+        raise InputError.of("path, values", path, rule, "Give the field or parameter, and one value or more")
     _check_length("values", values)
     varied = Varied(case, path)
     given = np.array([varied.number(value, f"values.{k}") for k, value in enumerate(values)])
@@ -217,9 +215,4 @@ def _check_length(name: str, given: Any) -> None:
 
 def speed_of(value: Any) -> float | None:
     """Return a speed [rad/s] that is given as a number or with a unit; None for none. Raises `InputError` for anything else."""
-    if value is None:
-        return None
-    try:
-        return parse_quantity(value, q.ANGULAR_SPEED)
-    except UnitError as error:
-        raise InputError(Fault("speed", value, error.rule, error.cure)) from None
+    return None if value is None else quantity_of("speed", value, q.ANGULAR_SPEED)

@@ -66,7 +66,7 @@ class Campbell(OfDataset):
 
 
 def orders_of(case: Case) -> dict[str, float]:
-    """Return what excites a train, in periods per turn of its leading rotor, by name: shafts, then meshes and their harmonics."""
+    """Return the excitation orders of a train by name, in periods per turn of its leading rotor: shafts, meshes, harmonics."""
     _, ratios = rolling.rolling_ratios(case)
     names = list(case.rotors)
     found: dict[str, float] = {}

@@ -120,7 +120,7 @@ class Relaxing(NamedTuple):
 
 
 def _relaxing(shape: Floats, stiffness: Floats, damping: Floats, light: NDArray[np.bool_]) -> Relaxing | None:
-    """Return what massless coordinates do beyond following the modes statically; None where no damper acts on them."""
+    """Return the relaxation of massless coordinates beyond the static condensation; None without a damper on them."""
     if not np.any(damping[light]) and not np.any(damping[:, light]):
         return None
     inner = stiffness[np.ix_(light, light)]

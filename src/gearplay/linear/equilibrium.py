@@ -23,7 +23,7 @@ from gearplay.model import rolling
 from gearplay.model.initial import initial_state
 from gearplay.model.massless import UNITS, field_path
 from gearplay.parts.registry import KINDS
-from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.errors import InputError, SimulationError
 
 Floats = NDArray[np.float64]
 
@@ -163,7 +163,7 @@ class Linear:
         return force
 
     def force_rows(self, e: int, rotor: int, axis: int) -> tuple[Floats, Floats]:
-        """Return what free displacements and velocities change in the force of element e on an axis of a rotor.
+        """Return the derivatives of element e's force on an axis of a rotor by free displacements and velocities.
 
         Shapes [coordinate]; N or N m per m, rad, m/s, rad/s. `matrix` has been there.
         """
@@ -188,7 +188,7 @@ class Linear:
             "that has mass or is held"
         )
         cure = "Give it one, or a stiffness (a contact is closed by a load, or without a gap)"
-        return InputError(Fault(field_path(self.smooth.case, name, field), 0.0, rule, cure))
+        return InputError.of(field_path(self.smooth.case, name, field), 0.0, rule, cure)
 
     def rolling_motions(self) -> Floats:
         """Return the motions in which every mesh and coupling rolls and no spring is strained, shape [coordinate, motion].

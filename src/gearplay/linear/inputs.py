@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gearplay.linear.system import LinearSystem, places_of
 from gearplay.model import rolling
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Complex = NDArray[np.complex128]
 
@@ -42,7 +42,7 @@ def excitation_of(system: LinearSystem, force: str) -> Excitation:
         axis, places = ACCELERATIONS[kind], system.linear.free
         return Excitation(np.where(places % 3 == axis, -system.mass, 0.0) + none, none, none, "m/s^2")
     if kind == UNBALANCE and label in system.case.rotors:
-        x, y = places_of(system, [f"{label}.x", f"{label}.y"], field="force")
+        x, y = places_of(system, [f"{label}.x", f"{label}.y"])
         speed = rolling.rolling_ratios(system.case)[1][list(system.case.rotors).index(label)]
         turning = (
             none.copy()
@@ -55,9 +55,9 @@ def excitation_of(system: LinearSystem, force: str) -> Excitation:
             "Write rotor.fx, rotor.fy, rotor.torque, rotor.unbalance, driver-driven.transmission_error, "
             "base.ax or base.ay"
         )
-        raise InputError(Fault("force", force, rule, cure))
+        raise InputError.of("force", force, rule, cure)
     axis_name, unit = FORCES[kind]
-    (place,) = places_of(system, [f"{label}.{axis_name}"], field="force")
+    (place,) = places_of(system, [f"{label}.{axis_name}"])
     push = none.copy()
     push[place] = 1.0
     return Excitation(push, none, none, unit)

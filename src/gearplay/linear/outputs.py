@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gearplay.linear.system import LinearSystem
 from gearplay.parts.registry import COUPLING, KINDS
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def output_of(system: LinearSystem, name: str) -> Output:
     named = [f"{each}.torque" for each in labels.get("coupling", ())]
     named += [f"{mesh.label}.force" for mesh in system.case.meshes]
     named += [f"{each[:-2]}.force_x" for each in system.coordinates if each.endswith(".x")]
-    raise InputError(Fault("at", name, rule, f"There are: {', '.join([*system.coordinates, *named])}"))
+    raise InputError.of("at", name, rule, f"There are: {', '.join([*system.coordinates, *named])}")
 
 
 def _element(system: LinearSystem, kind: int, n: int) -> int:

@@ -14,7 +14,7 @@ from gearplay.linear.outputs import output_of
 from gearplay.linear.system import LinearSystem
 from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +46,7 @@ class FrequencyResponse(OfDataset):
 
     @property
     def resonances(self) -> dict[str, float]:
-        """Frequency [Hz] at which each output answers most, whatever the parameter."""
+        """Frequency [Hz] of the largest response of each output over all values of the parameter."""
         found, frequency = self.dataset["amplitude"].values, self.dataset["frequency"].values
         found = found if self.parameter is None else found.max(axis=0)
         return {
@@ -87,9 +87,7 @@ def solve_response(system: LinearSystem, excitation: Excitation, frequencies: Fl
             found[start : start + BLOCK] = np.linalg.solve(dynamic, np.swapaxes(right, 1, 2))[:, :, 0]
         except np.linalg.LinAlgError:
             rule = "must not be that of an undamped mode, nor 0 where the train is free to turn"
-            raise InputError(
-                Fault("frequencies", "one of them", rule, "Leave it out, or give damping")
-            ) from None
+            raise InputError.of("frequencies", "one of them", rule, "Leave it out, or give damping") from None
     return found
 
 

@@ -29,7 +29,7 @@ from gearplay.parts.mesh.geometry import (
 from gearplay.parts.mesh.law.record import BACK, DRIVE
 from gearplay.parts.mesh.law.slopes import F_P, F_R, FLANK, FLANK_SLOPES
 from gearplay.parts.registry import KINDS, MESH
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 
@@ -154,9 +154,7 @@ class LinearSystem:
         """
         linear, labels = self.linear, [mesh.label for mesh in self.case.meshes]
         if label not in labels:
-            raise InputError(
-                Fault("mesh", label, "must be a mesh of the case", f"Meshes: {', '.join(labels)}")
-            )
+            raise InputError.of("mesh", label, "must be a mesh of the case", f"Meshes: {', '.join(labels)}")
         n = labels.index(label)
         mesh, out = linear.system.records[MESH][n], np.zeros(OUT_SIZE)
         mesh_geometry(linear.system, n, 0.0, self.equilibrium.state, linear.branch.memory, out)
@@ -167,7 +165,7 @@ class LinearSystem:
         )
         if len(closed) != 1:
             rule = "must have one of its flanks closed by the load, or no backlash"
-            raise InputError(Fault("mesh", label, rule, "Raise the load, or the backlash"))
+            raise InputError.of("mesh", label, rule, "Raise the load, or the backlash")
         flank = closed[0]
         row = linear.slopes.elements[mesh.element]
         at, sign = FLANK + FLANK_SLOPES * flank, 1.0 - 2.0 * flank
@@ -192,7 +190,7 @@ def linear_system(case: Case, *, load: str = "operating", speed: float | None = 
     `SimulationError` where no equilibrium is found.
     """
     if load not in ("operating", "none"):
-        raise InputError(Fault("load", load, "must be operating or none", "Choose one"))
+        raise InputError.of("load", load, "must be operating or none", "Choose one")
     plain = smooth(case, load=load, speed=speed)
     system = LinearSystem(case, find_equilibrium(Linear(plain)))
     if not np.all(system.mass):
@@ -200,12 +198,12 @@ def linear_system(case: Case, *, load: str = "operating", speed: float | None = 
     return system
 
 
-def places_of(system: LinearSystem, names: Sequence[str], *, field: str = "at") -> list[int]:
-    """Return the places of coordinates; `InputError` of ``field`` for one that there is not, or is held."""
+def places_of(system: LinearSystem, names: Sequence[str]) -> list[int]:
+    """Return the places of coordinates; `InputError` for one that there is not, or is held."""
     found = []
     for name in names:
         if name not in system.coordinates:
             free = ", ".join(system.coordinates)
-            raise InputError(Fault(field, name, "must be a coordinate that is free to move", f"Free: {free}"))
+            raise InputError.of("force", name, "must be a coordinate that is free to move", f"Free: {free}")
         found.append(system.coordinates.index(name))
     return found

@@ -21,7 +21,7 @@ from gearplay.parts.support.schema import Support
 from gearplay.parts.tables import HOLDERS
 from gearplay.schema.fields import FrozenTable
 from gearplay.solver.frames import CarrierFrames
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ class Smooth:
 
 
 def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
-    """Return a case without what varies in time.
+    """Return a case without time-varying terms.
 
     ``load`` is "operating", torques and drags at the nominal speeds, or "none"; ``speed`` [rad/s] is that of the leading rotor,
     None for a train that stands still under its operating load.
@@ -100,7 +100,7 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
     for i, carrier in enumerate(carriers):
         if carrier >= 0 and frames.speeds[i] != speeds[carrier]:
             rule = f"must be left out, since {names[i]} goes round with {names[carrier]}, in no coaxial set alone"
-            raise InputError(Fault("speed", speed, rule, "Ask for the modes at rest"))
+            raise InputError.of("speed", speed, rule, "Ask for the modes at rest")
     servos = frozenset(n for n, r in hot.rotors.items() if isinstance(r.drive, ServoDrive))
     return Smooth(still, packed, centres, speeds, servos, carriers, frames)
 

@@ -289,7 +289,7 @@ class Case(Part):
         meshes = tuple(Mesh.model_validate(raw) for raw in own["meshes"])
         if dict(self.rotors) != rotors or self.meshes != meshes:
             rule = "must be left out beside rotors and meshes, which it stands for"
-            raise InputError(Fault(FIELD, NO_VALUE, rule, "Remove rotors and meshes, or the table"))
+            raise InputError.of(FIELD, NO_VALUE, rule, "Remove rotors and meshes, or the table")
 
     _changed: ChangedPaths = PrivateAttr(ChangedPaths())
 
@@ -338,7 +338,7 @@ class Case(Part):
         return Policy(**{name: getattr(self.run, name) for name in Policy.model_fields})
 
     def identity(self) -> dict[str, Any]:
-        """Return `resolved` without limits on steps and wall time and accepted warnings: what decides a finished run."""
+        """Return `resolved` without limits and accepted warnings: the fields that a finished run depends on."""
         document = self.resolved()
         document["run"] |= dict.fromkeys(LIMITS)
         document.pop("accepted", None)

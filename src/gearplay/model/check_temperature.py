@@ -18,7 +18,7 @@ ICE = 273.15
 
 
 def temperature_findings(case: Case) -> Iterator[Finding]:
-    """Yield what is left of each backlash at both ends of ``environment.temperature_range``, a warning where none is."""
+    """Yield the remaining backlash at both ends of ``environment.temperature_range``, a warning if there is none."""
     if case.environment is None or case.environment.temperature_range is None:
         return
     ends = case.environment.temperature_range

@@ -1,4 +1,4 @@
-"""Faults of gears as drawn: what a pair, a stiffness from the teeth or a standard's table does not allow."""
+"""Faults of gears as drawn: violations of a pair, of a stiffness from the teeth, of a standard's table."""
 
 from __future__ import annotations
 

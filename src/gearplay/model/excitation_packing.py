@@ -11,7 +11,7 @@ from gearplay.model.mesh_packing import harmonic_rows
 from gearplay.parts.assembly import Assembly, blank
 from gearplay.parts.drive import excitation
 from gearplay.schema.records import cubic_pieces, edges
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -24,7 +24,7 @@ def refuse_senseless(name: str, field: str, value: str) -> NoReturn:
     """Raise `InputError` for a load that depends on the sense of rotation of a rotor whose sense is undetermined."""
     rule = "it opposes the nominal sense of rotation, but nothing says which way this rotor turns"
     cure = "Drive the train, give an initial.omega, or use a torque drive of the wanted sign."
-    raise InputError(Fault(f"rotors.{name}.load.{field}", value, rule, cure))
+    raise InputError.of(f"rotors.{name}.load.{field}", value, rule, cure)
 
 
 def pack_excitations(

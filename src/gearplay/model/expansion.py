@@ -13,7 +13,7 @@ from gearplay.model import geometry
 from gearplay.parts.protocol import Holder
 from gearplay.parts.tables import HOLDERS
 from gearplay.schema.fields import FrozenTable
-from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -67,7 +67,7 @@ def _factors(case: "Case", environment: "Environment") -> _Factors:
             degrees = f"{warmer + reference - KELVIN:.6g} degC"
             rule = f"is required at {degrees}, {abs(warmer):.6g} K from the reference temperature"
             cure = 'Give it a material = { expansion = "11.5e-6 1/K" }'
-            raise InputError(Fault(f"rotors.{name}.material", NO_VALUE, rule, cure))
+            raise InputError.of(f"rotors.{name}.material", NO_VALUE, rule, cure)
         else:
             rotors[name] = 1.0 + rotor.material.expansion * warmer
     warmer = ((housing and housing.temperature) or environment.temperature) - reference
@@ -76,7 +76,7 @@ def _factors(case: "Case", environment: "Environment") -> _Factors:
     if housing is None:
         rule = "is required at a temperature other than the reference temperature"
         cure = 'Write for example housing = { expansion = "23.1e-6 1/K" }'
-        raise InputError(Fault("environment.housing", NO_VALUE, rule, cure))
+        raise InputError.of("environment.housing", NO_VALUE, rule, cure)
     return _Factors(rotors, 1.0 + housing.expansion * warmer)
 
 

@@ -11,14 +11,14 @@ from gearplay.model.plan_values import number_in_si
 from gearplay.model.reading import Source, load_case, replace
 from gearplay.parts.rotor.schema import TorqueDrive
 from gearplay.vocabulary.arguments import Real
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Family = Callable[[float], Case]
 
 
 @dataclass(frozen=True)
 class Varied:
-    """A case over one of its fields, or over the parameter of a function that returns cases; numbers in SI.
+    """A case as a function of one of its fields, or a function that returns cases; numbers in SI.
 
     ``path`` is the field's, or the name of the parameter.
     """
@@ -38,9 +38,7 @@ class Varied:
         made = self.given(value)  # type: ignore[operator]
         if not isinstance(made, Case):
             rule = "must return a Case"
-            raise InputError(
-                Fault("case", type(made).__name__, rule, "Return gearplay.replace(...) or the like")
-            )
+            raise InputError.of("case", type(made).__name__, rule, "Return gearplay.replace(...) or the like")
         return made
 
     def number(self, value: Any, where: str) -> float:
@@ -49,7 +47,7 @@ class Varied:
             return number_in_si(self.case(0.0), (self.path,), value, where)
         fault = Real(-math.inf).fault(value)
         if fault:
-            raise InputError(Fault(where, value, fault, "Give plain numbers for the parameter of a function"))
+            raise InputError.of(where, value, fault, "Give plain numbers for the parameter of a function")
         return float(value)
 
     def family(self, base: Case, *, keep_load: bool = False) -> Family:

@@ -291,7 +291,7 @@ def _way(case: "Case", j: int, known: str) -> tuple[float, float]:
 
 
 def _spread(found: dict[str, tuple[float, float]], axes: list[set[str]]) -> None:
-    """Give the centre that is known of one rotor on an axis to the others, as far as that leads."""
+    """Propagate the known centre of one rotor on an axis to the others."""
     pending = [axis for axis in axes if axis & found.keys() and axis - found.keys()]
     while pending:
         for axis in pending:

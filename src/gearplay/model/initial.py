@@ -17,7 +17,7 @@ from gearplay.model.seeds import generators
 from gearplay.model.touch import Touches, gaps_of_mesh, given_rotations, turning_groups
 from gearplay.model.traversal import mesh_order, rotor_order
 from gearplay.parts.rotor.schema import Initial
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -93,13 +93,11 @@ def _must_mesh(packed: Packed, meshes: int, y: Floats, memory: Floats) -> None:
     """Raise `InputError` where a mesh cannot be at state y."""
     for j in range(meshes):
         if math.isnan(gaps_of_mesh(packed, j, y, memory)[0]):
-            raise InputError(
-                Fault(
-                    f"meshes.{j}",
-                    "initial positions",
-                    "the teeth must be able to mesh at the start",
-                    "Move initial.x, initial.y of its rotors nearer to 0.",
-                )
+            raise InputError.of(
+                f"meshes.{j}",
+                "initial positions",
+                "the teeth must be able to mesh at the start",
+                "Move initial.x, initial.y of its rotors nearer to 0.",
             )
 
 
@@ -176,7 +174,7 @@ class Starts:
         return radii, 2.0 * math.pi * circles[:, 1], SPREAD_OF_SPEED * kicks, shares, SPREAD_OF_SPEED * pushes
 
     def _drawn_states(self, members: Sequence[int]) -> Floats:
-        """Return what `state` returns for each of several members that draw, shape [member, state]."""
+        """Return the states of several members that draw, shape [member, state]; see `state`."""
         memory = make_memory(self.packed.system)
         radii, angles, kicks, shares, pushes = self._draw(members)
         draws = Draws(
@@ -259,7 +257,7 @@ class Starts:
 
 @lru_cache(maxsize=64)
 def _drawn(seed: int, members: tuple[int, ...], held: int, meshes: int, elastic: int) -> tuple[Floats, ...]:
-    """Return what members draw from (seed, member); kept, since the cases of a sweep have the same members."""
+    """Return the random draws of members from (seed, member); cached, since the cases of a sweep have the same members."""
     circles, kicks = np.zeros((len(members), 2, held)), np.zeros((len(members), held, 2))
     places, pushes = np.zeros((len(members), meshes)), np.zeros((len(members), elastic, 2))
     for m, generator in enumerate(generators(seed, members)):

@@ -33,13 +33,9 @@ def parse_override(text: str) -> tuple[str, Any]:
     """
     path, mark, value = text.partition("=")
     if not mark or not path.strip():
-        raise InputError(
-            Fault("change", text, "must be path=value", "Write for example meshes.0.backlash=200um")
-        )
+        raise InputError.of("change", text, "must be path=value", "Write for example meshes.0.backlash=200um")
     if len(text) > LONGEST:
-        raise InputError(
-            Fault("change", text, f"must have at most {LONGEST} characters", "Write a case file")
-        )
+        raise InputError.of("change", text, f"must have at most {LONGEST} characters", "Write a case file")
     return path.strip(), _literal(value.strip())
 
 

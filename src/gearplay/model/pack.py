@@ -22,7 +22,7 @@ from gearplay.parts.housing import law as housing
 from gearplay.parts.protocol import Packing
 from gearplay.parts.registry import EXCITATION, KINDS, MESH, POSITIONER
 from gearplay.schema.records import edges
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -93,7 +93,7 @@ def _refuse_moving(name: str, start: Any) -> None:
     axis = "vx" if start.vx != 0.0 else "vy"
     rule = "must be 0: its centre is held"
     cure = "Remove it, or give the rotor a sleeve, a support, or floating = true"
-    raise InputError(Fault(f"rotors.{name}.initial.{axis}", getattr(start, axis), rule, cure))
+    raise InputError.of(f"rotors.{name}.initial.{axis}", getattr(start, axis), rule, cure)
 
 
 def _pack_servos(case: "Case", assembly: Assembly, rotors: Any) -> None:
@@ -140,7 +140,7 @@ def _pack_positioners(case: "Case", assembly: Assembly, rotors: Any) -> None:
         record.sense = rolling.sense_between(case, name, sensor) if sensor != name else 1.0
         if record.sense == 0.0:
             rule = f"must be a rotor that turns with {name}"
-            raise InputError(Fault(f"rotors.{name}.drive.sensor", sensor, rule, "Name one of the same train"))
+            raise InputError.of(f"rotors.{name}.drive.sensor", sensor, rule, "Name one of the same train")
         record.rotor, record.sensor, record.angle = places[name], places[sensor], drive.angle
         record.proportional_gain, record.integral_gain = drive.proportional_gain, drive.integral_gain
         record.derivative_gain, record.limit = drive.derivative_gain, drive.torque_limit

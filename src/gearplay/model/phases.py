@@ -53,7 +53,7 @@ def starting_phases(case: "Case", centres: dict[str, tuple[float, float]]) -> li
 
 
 def directions(case: "Case", j: int, centres: dict[str, tuple[float, float]]) -> tuple[float, float]:
-    """Return where driver and driven gear of mesh j see it [rad]: of an internal pair both on the pinion's side."""
+    """Return the direction of mesh j from driver and driven gear [rad]: of an internal pair both on the pinion's side."""
     mesh = case.meshes[j]
     a, b, _, _ = geometry.signed_radii(case, j)
     (x_a, y_a), (x_b, y_b) = (centres[geometry.rotor_of(case, name)] for name in (a, b))

@@ -36,12 +36,12 @@ def value_at(case: Case, path: str) -> Any:
                 value = value[int(part)] if isinstance(value, (list, tuple)) else value[part]
         except (KeyError, IndexError, ValueError, TypeError):
             rule = "must lead to a field of the case"
-            raise InputError(Fault("path", path, rule, "See gearplay schema")) from None
+            raise InputError.of("path", path, rule, "See gearplay schema") from None
     return to_jsonable_python(value)
 
 
 def value_in_si(base: Case, paths: Sequence[str], raw: Any, where: str) -> Any:
-    """Return what a value, perhaps with a unit, becomes at the first of ``paths``, after trying it at all of them.
+    """Return a value, with or without a unit, in SI as a field at the first of ``paths``; it is validated at all of them.
 
     The name of a table's file stays: a resolved case holds the values of the file.
     """
@@ -56,12 +56,12 @@ def number_in_si(base: Case, paths: Sequence[str], raw: Any, where: str) -> floa
     """
     value = value_in_si(base, paths, raw, where)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(Fault(f"{where}: {paths[0]}", value, "must be a number there", "Correct the path"))
+        raise InputError.of(f"{where}: {paths[0]}", value, "must be a number there", "Correct the path")
     return float(value)
 
 
 def factor(raw: Any, where: str) -> float:
-    """Return a factor of what the case has; `InputError` where it is no plain number."""
+    """Return a factor on a value of the case; `InputError` for one that is no plain number."""
     if isinstance(raw, bool) or not isinstance(raw, (int, float)):
-        raise InputError(Fault(where, raw, "must be a plain number, as a factor", "Write it without quotes"))
+        raise InputError.of(where, raw, "must be a plain number, as a factor", "Write it without quotes")
     return float(raw)

@@ -73,8 +73,8 @@ def load_case(source: Source, overrides: Sequence[str] = ()) -> Case:
     if isinstance(source, Case) and not overrides:
         return source
     if len(overrides) > _MOST_OVERRIDES:
-        raise InputError(
-            Fault("overrides", len(overrides), f"must be at most {_MOST_OVERRIDES}", "Write a case file")
+        raise InputError.of(
+            "overrides", len(overrides), f"must be at most {_MOST_OVERRIDES}", "Write a case file"
         )
     changes = [parse_override(text) for text in overrides]
     if isinstance(source, Case):
@@ -209,10 +209,10 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[dict[
         return copied, Path()
     if not isinstance(source, (str, os.PathLike)):
         rule = "must be a Case, a bundled name, a path or a table"
-        raise InputError(Fault("case", source, rule, "Pass one of these"))
+        raise InputError.of("case", source, rule, "Pass one of these")
     name = os.fspath(source)
     if not isinstance(name, str):
-        raise InputError(Fault("case", name, "must be a path as text", "Decode it first"))
+        raise InputError.of("case", name, "must be a path as text", "Decode it first")
     known = bundled_names()
     if name in known:
         text, folder = bundled_text("gearplay.model", "cases", name), Path()
@@ -223,14 +223,12 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[dict[
             rule = "must be a bundled case or the path of a file"
             close = did_you_mean(name, known, "Bundled cases")
             every = f"{close} Bundled cases: {', '.join(known)}" if close.endswith("?") else close
-            raise InputError(Fault("case", name, rule, every))
+            raise InputError.of("case", name, rule, every)
         text, where, folder = read_text(path), shorten(path.name), path.parent
     document: dict[str, Any] = plain_copy(parse_toml(text, where))
     if "case" in document and not document.keys() & {"rotors", "planetary", FIELD}:
         rule = "must be a case, but this is a plan, which names its case"
-        raise InputError(
-            Fault("case", where, rule, "Run it with gearplay sweep or calibrate, or name its case")
-        )
+        raise InputError.of("case", where, rule, "Run it with gearplay sweep or calibrate, or name its case")
     return document, folder
 
 

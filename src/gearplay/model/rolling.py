@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gearplay.model.geometry import carrier_of, mesh_frame, rotor_of, signed_radii, teeth_of
 from gearplay.model.linear_conditions import Row, matrix_of, picked, solved_by_rank, vanishing
 from gearplay.model.traversal import rotor_order
-from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -88,16 +88,14 @@ def _roll(case: "Case", given: dict[str, float], *, held: bool = False) -> NDArr
     if _is_locked(case, places, next(iter(given)), held=held):
         if not _is_locked(case, places, next(iter(given)), held=False):
             rule = "must let the train turn, but a torsional_stiffness holds it fast"
-            raise InputError(
-                Fault("supports", NO_VALUE, rule, "Remove that stiffness, or the prescribed speed")
-            )
+            raise InputError.of("supports", NO_VALUE, rule, "Remove that stiffness, or the prescribed speed")
         rule = (
             "must let the train turn, but a loop of meshes or couplings holds it fast by its numbers of teeth"
         )
-        raise InputError(Fault("meshes", NO_VALUE, rule, "Correct a number of teeth or a ratio"))
+        raise InputError.of("meshes", NO_VALUE, rule, "Correct a number of teeth or a ratio")
     rule = "their nominal speeds must roll together through every mesh and coupling"
     speeds_given = ", ".join(f"{speed:.6g} rad/s" for speed in given.values())
-    raise InputError(Fault(named, speeds_given, rule, "Drive fewer rotors, or change a speed"))
+    raise InputError.of(named, speeds_given, rule, "Drive fewer rotors, or change a speed")
 
 
 def rolling_conditions(case: "Case") -> NDArray[np.float64]:
@@ -126,7 +124,7 @@ def free_turns(case: "Case") -> NDArray[np.float64]:
 
 
 def _is_locked(case: "Case", places: dict[str, int], name: str, *, held: bool) -> bool:
-    """Return whether a rotor cannot turn whatever the speeds of the others."""
+    """Return whether a rotor cannot turn at any speeds of the others."""
     return _least(len(places), conditions(case, places, held=held), ((places[name], 1.0),), ()) is None
 
 

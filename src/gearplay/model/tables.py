@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from gearplay.model.toml_files import read_text
 from gearplay.parts.planetary.names import MEMBERS
-from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, shorten
+from gearplay.vocabulary.errors import NO_VALUE, InputError, shorten
 
 EQUAL: Final = 1e-6
 """Relative difference of steps that still count as equal."""
@@ -95,7 +95,7 @@ def _fill_deviations(given: dict[str, Any], path: str, folder: Path) -> None:
         for column in names:
             if column in given:
                 rule = "must not be given beside a profile, which says it"
-                raise InputError(Fault(f"{path}.{column}", NO_VALUE, rule, "Remove one of the two"))
+                raise InputError.of(f"{path}.{column}", NO_VALUE, rule, "Remove one of the two")
         rows = _numbers(f"{path}.{field}", folder / name, len(names))
         given |= {column: [1e-6 * row[k] for row in rows] for k, column in enumerate(names)}
 
@@ -117,7 +117,7 @@ def _numbers(at: str, path: Path, columns: int) -> list[list[float]]:
             rule = (
                 f"must have {columns} numbers [um] in each line, one line a tooth, but line {number} has not"
             )
-            raise InputError(Fault(at, shorten(path.name), rule, "Use a point as decimal sign"))
+            raise InputError.of(at, shorten(path.name), rule, "Use a point as decimal sign")
         rows.append(row)
     return rows
 
@@ -126,17 +126,17 @@ def _fill(given: dict[str, Any], path: str, folder: Path) -> None:
     """Put the values of its file into a raw record."""
     at, name = f"{path}.file", given["file"]
     if not isinstance(name, str):
-        raise InputError(Fault(at, name, "must be the path of a file", "Write it in quotes"))
+        raise InputError.of(at, name, "must be the path of a file", "Write it in quotes")
     for field in FILLED:
         if field in given:
             rule = "must not be given beside a file, which says it"
-            raise InputError(Fault(f"{path}.{field}", given[field], rule, "Remove one of the two"))
+            raise InputError.of(f"{path}.{field}", given[field], rule, "Remove one of the two")
     times, values = _columns(at, folder / name)
     steps = [later - earlier for earlier, later in pairwise(times)]
     step = (times[-1] - times[0]) / len(steps) if steps else 0.0
     if not steps or step <= 0.0 or max(abs(each - step) for each in steps) > EQUAL * len(times) * step:
         rule = "must have times in equal, rising steps"
-        raise InputError(Fault(at, shorten(name), rule, "Resample it, gp.signals.resample does"))
+        raise InputError.of(at, shorten(name), rule, "Resample it, gp.signals.resample does")
     del given["file"]
     given |= {"values": values, "sampling": 1.0 / step, "start": times[0]}
 
@@ -155,7 +155,7 @@ def _columns(at: str, path: Path) -> tuple[list[float], list[float]]:
             if not times and number <= 2:  # heads
                 continue
             rule = f"must have two numbers in each line, time [s] and value [SI], but line {number} has not"
-            raise InputError(Fault(at, shorten(path.name), rule, "Use a point as decimal sign")) from None
+            raise InputError.of(at, shorten(path.name), rule, "Use a point as decimal sign") from None
         times.append(time)
         values.append(value)
     return times, values

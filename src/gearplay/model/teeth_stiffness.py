@@ -10,7 +10,7 @@ from gearplay.model import geometry, rolling
 from gearplay.model.tooth_loads import tooth_loads
 from gearplay.parts.mesh.stiffness import TeethStiffness
 from gearplay.toothing.path_stiffness import PathStiffness, mirrored, path_stiffness
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -39,7 +39,7 @@ def stiffness_over_path(case: "Case", j: int) -> PathStiffness:
             "and the stiffness would be 0"
         )
         cure = "Correct the centre distance, profile shifts or tip diameters"
-        raise InputError(Fault(f"meshes.{j}.stiffness.kind", "teeth", rule, cure))
+        raise InputError.of(f"meshes.{j}.stiffness.kind", "teeth", rule, cure)
     load = math.inf
     if given.method == "iso6336":
         load = given.line_load or nominal_line_load(case, j) or math.inf

@@ -36,35 +36,33 @@ _TOKEN: Final = re.compile(
 
 
 def read_text(path: Path, *, what: str = "case") -> str:
-    """Return the text of a file: a regular file, at most `LARGEST_FILE` bytes, UTF-8; messages name ``what`` it should hold."""
+    """Return the text of a regular file in UTF-8, at most `LARGEST_FILE` bytes; ``what`` names its content in messages."""
     where = shorten(str(path))
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
-            raise InputError(Fault(what, where, "must be a file, not a directory", "Name the file in it"))
+            raise InputError.of(what, where, "must be a file, not a directory", "Name the file in it")
         if not stat.S_ISREG(status.st_mode):
-            raise InputError(Fault(what, where, "must be a regular file", f"Save the {what} to a file first"))
+            raise InputError.of(what, where, "must be a regular file", f"Save the {what} to a file first")
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)
     except FileNotFoundError:
-        raise InputError(
-            Fault(what, where, "no such file", "Check the path and the current folder")
-        ) from None
+        raise InputError.of(what, where, "no such file", "Check the path and the current folder") from None
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         reason = getattr(error, "strerror", None) or "not a valid path"
-        raise InputError(Fault(what, where, f"cannot be read: {reason}", "Check the path")) from None
+        raise InputError.of(what, where, f"cannot be read: {reason}", "Check the path") from None
     if content.startswith((b"\x89HDF", b"CDF")):
         rule = f"must be a {what}, not a stored result"
-        raise InputError(Fault(what, where, rule, "Pass what gearplay.read_result returns, or its .case"))
+        raise InputError.of(what, where, rule, "Pass what gearplay.read_result returns, or its .case")
     if len(content) > LARGEST_FILE:
-        raise InputError(
-            Fault(what, where, f"must have at most {LARGEST_FILE // 1024} KiB", "Split or shorten it")
+        raise InputError.of(
+            what, where, f"must have at most {LARGEST_FILE // 1024} KiB", "Split or shorten it"
         )
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         rule = f"must be UTF-8 text, but byte {error.start} is not"
-        raise InputError(Fault(what, where, rule, "Save the file as UTF-8")) from None
+        raise InputError.of(what, where, rule, "Save the file as UTF-8") from None
 
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:
@@ -82,9 +80,7 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
         reason = (
             shorten(str(error), 120) if isinstance(error, tomllib.TOMLDecodeError) else "a number is too long"
         )
-        raise InputError(
-            Fault(where, NO_VALUE, f"is not valid TOML: {reason}", "Correct that line")
-        ) from None
+        raise InputError.of(where, NO_VALUE, f"is not valid TOML: {reason}", "Correct that line") from None
 
 
 def text_depth(text: str) -> int:
@@ -128,15 +124,15 @@ def plain_copy(value: object) -> Any:
     def copy(item: object, depth: int) -> Any:
         budget[0] -= 1
         if budget[0] < 0:
-            raise InputError(Fault("case", NO_VALUE, f"must hold at most {MOST_VALUES} values", "Shorten it"))
+            raise InputError.of("case", NO_VALUE, f"must hold at most {MOST_VALUES} values", "Shorten it")
         if depth > DEEPEST:
-            raise InputError(Fault("case", NO_VALUE, f"must be nested at most {DEEPEST} deep", "Flatten it"))
+            raise InputError.of("case", NO_VALUE, f"must be nested at most {DEEPEST} deep", "Flatten it")
         if not isinstance(item, (str, bytes)) and hasattr(item, "tolist"):
             item = item.tolist()
         if isinstance(item, Mapping):
             for key in item:
                 if not isinstance(key, str):
-                    raise InputError(Fault("case", key, "keys must be text", "Put the key in quotes"))
+                    raise InputError.of("case", key, "keys must be text", "Put the key in quotes")
             return {key: copy(inner, depth + 1) for key, inner in item.items()}
         if isinstance(item, (list, tuple)):
             return [copy(inner, depth + 1) for inner in item]

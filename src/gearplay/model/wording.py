@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from gearplay.schema.fields import KIND, Later, Problem
-from gearplay.vocabulary.errors import KEY_LENGTH, NO_VALUE, Fault, join_path, shorten
+from gearplay.vocabulary.errors import KEY_LENGTH, NO_VALUE, Fault, InputError, join_path, shorten
 
 Path = tuple[str | int, ...]
+Model = TypeVar("Model", bound=BaseModel)
 
 LISTED: Final = 12
 """Names a hint lists before it stops."""
@@ -48,6 +49,14 @@ def did_you_mean(word: str, words: Iterable[str], title: str = "Known") -> str:
         return f"{title}: none"
     more = ", ..." if len(known) > LISTED else ""
     return f"{title}: {', '.join(shorten(name, KEY_LENGTH) for name in sorted(known)[:LISTED])}{more}"
+
+
+def validated(model: type[Model], document: Mapping[str, Any]) -> Model:
+    """Return the model of a document; `InputError` with every fault found."""
+    try:
+        return model.model_validate(document)
+    except ValidationError as error:
+        raise InputError(translate(error, document, model)) from None
 
 
 def translate(error: ValidationError, document: Mapping[str, Any], model: type[BaseModel]) -> list[Fault]:

@@ -15,7 +15,7 @@ Expansion = Annotated[float, Measure(q.EXPANSION, "coefficient of linear expansi
 
 
 class Material(Part):
-    """What a rotor is made of. Only the expansion acts on the motion."""
+    """Material of a rotor. Only the expansion acts on the motion."""
 
     modulus: Annotated[float, Measure(q.PRESSURE, "Young's modulus", gt=0.0)] | None = None
     poisson: Annotated[float, Measure(None, "Poisson's ratio", ge=0.0, lt=0.5)] | None = None
@@ -24,14 +24,14 @@ class Material(Part):
 
 
 class Housing(Part):
-    """What holds the bearings of the ground apart."""
+    """Housing: its thermal expansion moves the seats on the ground."""
 
     expansion: Expansion
     temperature: Temperature | None = None
 
 
 class Environment(Part):
-    """Temperature of everything that names none of its own; lengths of the case hold at ``reference_temperature``."""
+    """Temperature of all parts without one of their own; lengths of the case hold at ``reference_temperature``."""
 
     temperature: Temperature
     reference_temperature: Temperature = REFERENCE

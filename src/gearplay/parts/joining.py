@@ -201,7 +201,7 @@ def _chain(
 
 
 def _rank(factors: Floats) -> int:
-    """Return in how many ways springs of such factors hold what they join, however stiff each of them is."""
+    """Return the rank of the springs' factors: the number of independent directions that they restrain."""
     return (
         int(np.linalg.matrix_rank(factors / np.abs(factors).max(axis=1, keepdims=True)))
         if factors.size

@@ -1,6 +1,6 @@
 """Mounting of rotors in the parts that hold them, read from packed records."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Mount(NamedTuple):
@@ -24,3 +24,17 @@ class Mount(NamedTuple):
     place: tuple[float, float]
     seat: tuple[float, float]
     isotropic: bool
+
+
+def seats(records: Any, rotor: str, carrier: str) -> list[Mount]:
+    """Return the mounting of parts that act alike in all directions; ``rotor`` and ``carrier`` name fields of a record."""
+    return [
+        Mount(
+            int(each[rotor]),
+            int(each[carrier]),
+            (float(each["offset_x"] - each["misplaced_x"]), float(each["offset_y"] - each["misplaced_y"])),
+            (float(each["misplaced_x"]), float(each["misplaced_y"])),
+            isotropic=True,
+        )
+        for each in records
+    ]

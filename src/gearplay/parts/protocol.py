@@ -93,14 +93,6 @@ class Holder(Part):
         """Return whether a spring holds the rotation."""
         return False
 
-    def dissipates_by_friction(self) -> bool:
-        """Return whether its contacts rub."""
-        return False
-
-    def stores_impact_speeds(self) -> bool:
-        """Return whether forces depend on the speed at which a contact began."""
-        return False
-
     @abstractmethod
     def pack(self, packing: Packing, name: str, damping: float) -> None:
         """Add its element to a mechanism, with further ``damping`` [N s/m] of the centre's motion relative to its carrier."""
@@ -114,7 +106,7 @@ class Holder(Part):
         return None
 
     def time_invariant(self) -> Self:
-        """Return the part without what dissipates or varies in its contacts, for a linear system."""
+        """Return the part without dissipation and time-varying terms of its contacts, for a linear system."""
         return self
 
     def findings(self, path: str, *, held: bool, alone: bool) -> Iterator[Finding]:

@@ -21,8 +21,7 @@ from gearplay.parts.sleeve import law as sleeve
 from gearplay.parts.support import law as support
 
 SERVO, SLEEVE, MESH, COUPLING = servo.KIND, sleeve.KIND, mesh.KIND, coupling.KIND
-SUPPORT, EXCITATION, HOUSING, POSITIONER = support.KIND, excitation.KIND, housing.KIND, positioner.KIND
-BEARING = bearing.KIND
+EXCITATION, POSITIONER, BEARING = excitation.KIND, positioner.KIND, bearing.KIND
 
 CONSTANTS = ("KIND", "RECORD", "SIGNALS", "MEMORY", "MODES", "PER_CONTACT", "SLOPES")
 

@@ -42,9 +42,9 @@ def label_axis(ax: Any, text: str, *, up: bool = False, width: int = 36, size: f
     (ax.set_ylabel if up else ax.set_xlabel)(plain(wrapped(text, width)), fontsize=size)
 
 
-def title_panel(ax: Any, text: str, *, width: int = 46, size: float = SMALL) -> None:
+def title_panel(ax: Any, text: str, *, width: int = 46) -> None:
     """Set the title of a panel at its left, wrapped."""
-    ax.set_title(plain(wrapped(text, width)), fontsize=size, loc="left")
+    ax.set_title(plain(wrapped(text, width)), fontsize=SMALL, loc="left")
 
 
 def scale_ordinate(ax: Any, values: Floats, *, below: float = 0.8, above: float = 1.25) -> None:

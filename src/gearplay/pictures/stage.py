@@ -271,7 +271,7 @@ class Stage:
 
 
 def _arrow(foot: Floats, force: Floats, peak: float, reach: float) -> Floats:
-    """Return an arrow, shape [point, 2]; it grows with the root of the force, so that small ones are seen. NaN for none."""
+    """Return an arrow, shape [point, 2], of a length proportional to the root of the force; NaN for none."""
     size = float(np.hypot(*force))
     if not size > 1e-6 * peak > 0.0:
         return np.full((1, 2), np.nan)

@@ -59,7 +59,7 @@ def new_axes(width: float = 7.0, height: float = 4.0) -> "Axes":
 
 
 def blank_figure(width: float, height: float) -> Any:
-    """Return an empty figure [inches] that PNG can be made of."""
+    """Return an empty figure of a size [inches], on the canvas for PNG."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

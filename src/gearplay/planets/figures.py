@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def sharing_drawing(ds: xr.Dataset) -> Any:
-    """Return the figure of a set's load sharing: factors; of a motion also over the carrier's turn; planets; what floats."""
+    """Return the figure of a set's load sharing: factors, of a motion also over the carrier's turn; planets; floating members."""
     moving = "factor_history" in ds
     figure, axes = make_figure(2, 2, 7.0)
     names = [str(name) for name in ds["planet"].values]

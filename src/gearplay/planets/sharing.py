@@ -19,7 +19,7 @@ from gearplay.parts.registry import MESH
 from gearplay.results.base import Column, OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.result import Result
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -148,15 +148,13 @@ def members_of(case: Case, name: str | None) -> Members:
     """Return the set of a case; `InputError` where there is none, or several and no ``name``."""
     names = list(case.planetary)
     if not names:
-        raise InputError(Fault("planetary", None, "must have a set", "Add a table [planetary.NAME]"))
+        raise InputError.of("planetary", None, "must have a set", "Add a table [planetary.NAME]")
     if name is None and len(names) > 1:
-        raise InputError(
-            Fault("name", None, "is required, since there are several sets", f"Sets: {', '.join(names)}")
+        raise InputError.of(
+            "name", None, "is required, since there are several sets", f"Sets: {', '.join(names)}"
         )
     if name is not None and name not in names:
-        raise InputError(
-            Fault("name", name, "must be a planetary set of the case", f"Sets: {', '.join(names)}")
-        )
+        raise InputError.of("name", name, "must be a planetary set of the case", f"Sets: {', '.join(names)}")
     return Members(case, name or names[0])
 
 
@@ -264,7 +262,7 @@ def _dataset(members: Members, values: dict[str, Any], axes: dict[str, Any], *, 
     total = float(values["sun_force"].sum())
     if abs(total) < LEAST:
         rule = "must carry a load, but no force is on the sun's meshes"
-        raise InputError(Fault(f"planetary.{members.name}", 0.0, rule, "Give a drive torque or a load"))
+        raise InputError.of(f"planetary.{members.name}", 0.0, rule, "Give a drive torque or a load")
     share = values["sun_force"] / total
     every = {"share": share, "load_sharing_factor": len(share) * share, **values}
     for name in ("sun_force", "ring_force"):  # positive on the flanks that the load closes

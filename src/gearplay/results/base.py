@@ -16,7 +16,7 @@ from gearplay.files.netcdf import write_dataset
 from gearplay.model.case import Case
 from gearplay.model.reading import load_case
 from gearplay.results.provenance import KIND, provenance
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.memory import enough_memory
 
 if TYPE_CHECKING:
@@ -122,13 +122,13 @@ def case_in(dataset: xr.Dataset) -> Case:
 def case_of_attributes(attributes: Mapping[Any, Any]) -> Case:
     """Return the case that attributes hold; `InputError` as `case_in`."""
     if "case" not in attributes:
-        raise InputError(Fault("dataset", "no case", "must name its case", "Write it again"))
+        raise InputError.of("dataset", "no case", "must name its case", "Write it again")
     case = load_case(json.loads(attributes["case"]))
     case = case.with_changed(json.loads(attributes.get("changed", "[]")))
     if attributes.get("case_sha256", case.sha256) != case.sha256:
         rule = f"must be the digest of the case in the file, which is {case.sha256[:12]}...: the case was changed afterwards"
         shown = str(attributes["case_sha256"])[:12] + "..."
-        raise InputError(Fault("case_sha256", shown, rule, "Simulate the case again"))
+        raise InputError.of("case_sha256", shown, rule, "Simulate the case again")
     return case
 
 
@@ -137,7 +137,7 @@ def check_kind(dataset: xr.Dataset, kind: str) -> None:
     found = dataset.attrs.get(KIND, kind)
     if found != kind:
         rule = f"must be that of a {kind}"
-        raise InputError(Fault("dataset", str(found), rule, "Read it with read_result"))
+        raise InputError.of("dataset", str(found), rule, "Read it with read_result")
 
 
 class Column(NamedTuple):
@@ -191,7 +191,7 @@ class Tabled(AnalysisResult):
             fields |= {name: make(dataset.attrs[name]) for name, make in cls.SCALARS.items()}
         except (KeyError, ValueError) as error:
             rule = f"must be what is written of a {cls.result_kind}"
-            raise InputError(Fault("dataset", str(error), rule, "Write it again")) from None
+            raise InputError.of("dataset", str(error), rule, "Write it again") from None
         return cls(**fields | {"case": case_in(dataset)})
 
 

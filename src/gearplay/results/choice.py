@@ -11,7 +11,7 @@ from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.model.wording import nearest
 from gearplay.pictures.style import is_still
 from gearplay.results.output_shaft import output_of
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.results.result import Result
@@ -52,7 +52,7 @@ def elements_at(case: Case, at: str) -> list[str]:
     close = nearest(at, known)
     cure = f"Did you mean '{close}'?" if close else f"Choose from: {', '.join(known[:LISTED])}"
     rule = "must be a rotor, a gear, a sleeve, a mesh or a coupling of the case"
-    raise InputError(Fault("at", at, rule, cure))
+    raise InputError.of("at", at, rule, cure)
 
 
 def choose(result: "Result", names: list[str], at: str | None, *, kind: str = "history") -> Chosen:
@@ -82,7 +82,7 @@ def _called(result: "Result", name: str, labels: list[str] | None) -> Chosen:
         close = nearest(name, [*bare, *(f"{element}.{each}" for each, element in wanted)])
         cure = f"Did you mean '{close}'? " if close else ""
         rule = "must be a signal of the result" + ("" if labels is None else f" at {labels[0]}")
-        raise InputError(Fault("signal", name, rule, f"{cure}Signals: {', '.join(bare)}"))
+        raise InputError.of("signal", name, rule, f"{cure}Signals: {', '.join(bare)}")
     return [each for each in here if moves(result, *each)] or here[:1]
 
 
@@ -123,7 +123,7 @@ def time_window(result: "Result", window: tuple[float | None, float | None] | No
     if time.size < 2:
         rule = "must hold two samples or more"
         cure = "Simulate longer, or with a higher sampling"
-        raise InputError(Fault("result", f"{time.size} samples", rule, cure))
+        raise InputError.of("result", f"{time.size} samples", rule, cure)
     first, last = float(time[0]), float(time[-1])
     if window is None:
         return first, last
@@ -133,12 +133,12 @@ def time_window(result: "Result", window: tuple[float | None, float | None] | No
     shown = f"{low:.9g}s:{high:.9g}s"
     if not all(first - step <= end <= last + 1.5 * step for end in (low, high)):
         rule = f"must lie within the result, {first:.6g} to {last:.6g} s"
-        raise InputError(Fault("window", shown, rule, "Choose another, or simulate longer"))
+        raise InputError.of("window", shown, rule, "Choose another, or simulate longer")
     if not low < high:
-        raise InputError(Fault("window", shown, "must begin before it ends", "Write for example 0.5s:0.6s"))
+        raise InputError.of("window", shown, "must begin before it ends", "Write for example 0.5s:0.6s")
     if np.count_nonzero((time >= low - 0.5 * step) & (time <= high + 0.5 * step)) < 2:
         rule = f"must hold two samples or more; they are {step:.3g} s apart"
-        raise InputError(Fault("window", shown, rule, "Choose a longer one"))
+        raise InputError.of("window", shown, rule, "Choose a longer one")
     return low, high
 
 

@@ -33,7 +33,7 @@ from gearplay.results.output_shaft import scale_of, start_of
 from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.results.titles import case_words, window_words
 from gearplay.solver.status import Status
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.results.result import Result
@@ -137,7 +137,7 @@ def title_figure(figure: Any, result: "Result", what: str, window: Window, more:
 
 
 def key_of(case: Any) -> str:
-    """Return which mesh is which where several frequencies are marked."""
+    """Return the legend of the marked mesh frequencies; empty for a single one."""
     names = mesh_names(case)
     return "; " + ", ".join(f"{short} of {mesh}" for short, mesh in names.items()) if len(names) > 1 else ""
 
@@ -153,7 +153,7 @@ def orbit_figure(result: "Result", rotors: list[str], window: Window) -> Any:
     if not drawn:
         rule = "must have a rotor whose centre can move, for an orbit"
         cure = f"Choose from: {', '.join(free)}" if free else "Draw a history"
-        raise InputError(Fault("at", ", ".join(rotors) or "none", rule, cure))
+        raise InputError.of("at", ", ".join(rotors) or "none", rule, cure)
     columns = min(3, len(drawn))
     rows = -(-len(drawn) // columns)
     width = 5.2 if columns == 1 else 9.0
@@ -238,7 +238,7 @@ def waterfall_figure(result: "Result", signal: str, label: str, window: Window) 
     count = min(MOST_SEGMENTS, t.size // least)
     if count < 2:
         rule = f"must hold two segments of {least / result.sampling:.3g} s for a waterfall"
-        raise InputError(Fault("window", f"{window[1] - window[0]:.4g} s", rule, "Choose more of the run"))
+        raise InputError.of("window", f"{window[1] - window[0]:.4g} s", rule, "Choose more of the run")
     size = t.size // count
     parts = [v[k * size : (k + 1) * size] for k in range(count)]
     spectra = [amplitude_spectrum(part, result.sampling, unit=quantity.unit) for part in parts]

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class _Computed(BackendArray):
-    """An array known by its shape, and by what computes it."""
+    """An array with a shape and a function that computes it."""
 
     def __init__(
         self, shape: tuple[int, ...], compute: Callable[[], "NDArray[Any]"], dtype: "np.dtype[Any]"

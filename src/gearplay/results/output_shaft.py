@@ -18,7 +18,7 @@ from gearplay.model.traversal import rotor_order
 from gearplay.pictures.words import significant
 from gearplay.results.contacts import ContactTable, contacts_of
 from gearplay.solver.trajectory import Trajectory, all_columns
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import OUTPUT_STATISTICS
 
 Floats = NDArray[np.float64]
@@ -154,7 +154,7 @@ def check_rotor(case: Case, rotor: str | None) -> None:
     """Raise `InputError` for a name that is no rotor of the case."""
     if rotor is not None and rotor not in case.rotors:
         cure = f"Choose from: {', '.join(case.rotors)}"
-        raise InputError(Fault("output", rotor, "must be a rotor of the case", cure))
+        raise InputError.of("output", rotor, "must be a rotor of the case", cure)
 
 
 def stride_of(samples: Sequence[int]) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from gearplay.model.pack import Packed
 from gearplay.solver.kept_samples import KeptSamples
 from gearplay.solver.trajectory import Trajectory, WrittenSamples, all_columns, choose_columns
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 PLAIN_BYTES, FEWEST_PLAIN = 4000.0, 64
 """Size of the samples where nothing else is requested [byte per simulated second and member]; least number."""
@@ -22,8 +22,8 @@ class Lack(NamedTuple):
     cure: str = "Simulate with gearplay.simulate"
 
     def error(self, name: str, value: object) -> InputError:
-        """Return the error of what samples alone do not give."""
-        return InputError(Fault(name, value, self.rule, self.cure))
+        """Return the error of a request that needs the motion and not only samples."""
+        return InputError.of(name, value, self.rule, self.cure)
 
 
 def samples_to_write(
@@ -41,9 +41,9 @@ def samples_to_write(
     """
     if full and (signals is not None or sampling is not None):
         rule = "must be left out where signals or a sampling are chosen"
-        raise InputError(Fault("full", True, rule, "Give one of them"))
+        raise InputError.of("full", True, rule, "Give one of them")
     if sampling is not None and not (0.0 < sampling < np.inf):
-        raise InputError(Fault("sampling", sampling, "must be positive [Hz]", "Give samples per second"))
+        raise InputError.of("sampling", sampling, "must be positive [Hz]", "Give samples per second")
     first = runs[0]
     columns, places = first.columns, None
     if signals is not None:

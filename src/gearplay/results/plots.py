@@ -11,7 +11,7 @@ from gearplay.pictures.style import new_axes
 from gearplay.results.choice import free_rotors, time_window
 from gearplay.results.figures import Window, close_up, draw_history, draw_orbit, draw_spectrum, key_of
 from gearplay.results.titles import case_words, window_words
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -88,7 +88,7 @@ class Plotter:
         if rotor not in free and carrier_of(self._result.case, rotor) is None:
             rule = "must be a rotor whose centre can move, for an orbit"
             cure = f"Choose from: {', '.join(free)}" if free else "Draw a history"
-            raise InputError(Fault("rotor", rotor, rule, cure))
+            raise InputError.of("rotor", rotor, rule, cure)
         axes, span = ax if ax is not None else new_axes(5.0, 5.4), time_window(self._result, None)
         draw_orbit(axes, self._result, rotor, span, member)
         return self._titled(axes, "path of the centre", span, "", member, own=ax is None)

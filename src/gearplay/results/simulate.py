@@ -9,7 +9,7 @@ from gearplay.model.policy import Policy
 from gearplay.model.reading import Source, load_case, replace
 from gearplay.results.result import Result
 from gearplay.solver.simulate import run_batch
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.progress import Progress, ticking
 
 
@@ -18,10 +18,10 @@ def _numbers(members: Sequence[int], ensemble: int | None) -> list[int]:
     numbers = [int(member) for member in members]
     if ensemble is not None:
         rule = "must be left out where members are given, which it would number"
-        raise InputError(Fault("ensemble", ensemble, rule, "Give one of the two"))
+        raise InputError.of("ensemble", ensemble, rule, "Give one of the two")
     if not numbers or min(numbers) < 0 or len(set(numbers)) < len(numbers) or list(members) != numbers:
         rule = "must be different whole numbers from 0 on, at least one"
-        raise InputError(Fault("members", str(members), rule, "Give for example range(1, 9)"))
+        raise InputError.of("members", str(members), rule, "Give for example range(1, 9)")
     return numbers
 
 

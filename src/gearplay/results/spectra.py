@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 NORMALISATIONS = ("amplitude", "unnormalised")
@@ -98,11 +98,13 @@ def amplitude_spectrum(
     """
     if normalisation not in NORMALISATIONS:
         cure = f"Choose from {NORMALISATIONS}"
-        raise InputError(Fault("normalisation", normalisation, "must be a known normalisation", cure))
-    if signal.ndim != 1 or signal.size < 8 or not np.all(np.isfinite(signal)):
+        raise InputError.of("normalisation", normalisation, "must be a known normalisation", cure)
+    signal = np.asarray(signal)
+    is_real = signal.dtype.kind in "fiub"
+    if not is_real or signal.ndim != 1 or signal.size < 8 or not np.all(np.isfinite(signal)):
         rule = "must be one record of at least 8 finite samples"
         cure = "Simulate longer, or pick one rotor and one member"
-        raise InputError(Fault("signal", f"{signal.shape}", rule, cure))
+        raise InputError.of("signal", f"{signal.shape} of {signal.dtype}", rule, cure)
     n = signal.size
     weights = check_window(window, n)
     transform: Floats = np.abs(np.fft.rfft((signal - np.mean(signal)) * weights))
@@ -158,11 +160,13 @@ def ensemble_spectrum(
     (2, (33,))
 
     """
+    if not (isinstance(signals, (Sequence, np.ndarray)) and all(np.ndim(each) == 1 for each in signals)):
+        raise InputError.of("signals", signals, "must be a list of records", "Give the arrays of the members")
     lengths = {len(signal) for signal in signals}
     if len(lengths) != 1:
         rule = "must have one length: a member that stopped early has other lines"
         shown = ", ".join(map(str, sorted(lengths))) or "no records"
-        raise InputError(Fault("signals", f"{shown} samples", rule, "Leave out members that did not finish"))
+        raise InputError.of("signals", f"{shown} samples", rule, "Leave out members that did not finish")
     each = [
         amplitude_spectrum(s, sampling, window=window, normalisation=normalisation, unit=unit)
         for s in signals
@@ -223,7 +227,7 @@ def check_window(name: str, n: int) -> Floats:
         return _short_window(name, n) if n <= LONGEST_KEPT else _window(name, n)
     except ValueError:
         rule = "must be a window that scipy.signal knows and that needs no parameter"
-        raise InputError(Fault("window", name, rule, "Try 'hann', 'boxcar' or 'flattop'")) from None
+        raise InputError.of("window", name, rule, "Try 'hann', 'boxcar' or 'flattop'") from None
 
 
 def student_widening(count: int) -> float:

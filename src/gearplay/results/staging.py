@@ -10,7 +10,7 @@ from gearplay.results.figures import close_up
 from gearplay.results.mechanism import frames_of, mechanism_of
 from gearplay.results.result import Result
 from gearplay.results.titles import case_words
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 NEEDED = ("x", "y", "theta")
 
@@ -36,7 +36,7 @@ def motion_in(
     missing = [f"{rotor}.{name}" for rotor in case.rotors for name in NEEDED if (name, rotor) not in held]
     if missing:
         rule = f"must keep {', '.join(missing[:3])} to draw the mechanism"
-        raise InputError(Fault("result", f"{len(held)} signals", rule, "Keep all signals of the rotors"))
+        raise InputError.of("result", f"{len(held)} signals", rule, "Keep all signals of the rotors")
     named = [] if at is None else elements_at(case, at)
     time = cut(result, "x", next(iter(case.rotors)), window)[0]
 

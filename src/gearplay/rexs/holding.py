@@ -1,4 +1,4 @@
-"""Bearings as supports: the one place where it is decided how a case says what holds a rotor."""
+"""Bearings as supports of rotors."""
 
 import math
 from collections.abc import Iterable
@@ -42,7 +42,7 @@ class Holding:
 
 
 def holding_of(box: Gearbox, links: Iterable[Link], notes: Notes) -> Holding:
-    """Return what the bearings of one rotor make of it: one that is rigid holds it, others add up.
+    """Return how the bearings of one rotor hold it: rigidly by any rigid one, else by the sum of their stiffnesses.
 
     The plane of a case has one place for a rotor, so that bearings act in its centre and shafts do not tilt.
     """

@@ -26,7 +26,7 @@ from gearplay.rexs.tables import Tables
 from gearplay.rexs.teeth import SERIES, Gear, Pair, gear_of, pair_of, zero_backlash_distance
 from gearplay.rexs.unread import note_unread
 from gearplay.rexs.writing import case_text
-from gearplay.vocabulary.errors import Fault, InputError, shorten
+from gearplay.vocabulary.errors import InputError, shorten
 from gearplay.vocabulary.version import VERSION
 
 CROSSING: Final = {
@@ -58,7 +58,7 @@ class Imported:
 
     @property
     def message(self) -> str:
-        """One sentence: what the case has, and how many notes there are."""
+        """One sentence with the numbers of rotors, meshes and notes."""
         case, counts = self.case, {"assumed": 0, "left out": 0, "not read": 0}
         for note in self.notes:
             counts[note.kind] += 1
@@ -126,11 +126,9 @@ def import_rexs(
 
     """
     if gear_bodies not in ("none", "solid"):
-        raise InputError(Fault("gear_bodies", gear_bodies, "must be none or solid", "Choose one"))
+        raise InputError.of("gear_bodies", gear_bodies, "must be none or solid", "Choose one")
     if not SERIES.fullmatch(allowance):
-        raise InputError(
-            Fault("allowance", allowance, "must be a series of DIN 3967", "Write for example c25")
-        )
+        raise InputError.of("allowance", allowance, "must be a series of DIN 3967", "Write for example c25")
     place = Path(path)
     box, notes = read_gearbox(place), Notes()
     _refuse_stages(box)
@@ -200,7 +198,7 @@ def _choose_load_case(box: Gearbox, wanted: int | None, notes: Notes) -> None:
     known = {case.id: case for case in box.load_cases}
     if wanted is not None and wanted not in known:
         rule = f"must be a load case of the file: {', '.join(map(str, known)) or 'it has none'}"
-        raise InputError(Fault("load_case", wanted, rule, "Name one of them, or none"))
+        raise InputError.of("load_case", wanted, rule, "Name one of them, or none")
     if known:
         box.load_case = known[wanted] if wanted is not None else box.load_cases[0]
         if len(known) > 1 and wanted is None:

@@ -1,4 +1,4 @@
-"""Speeds and torques of a load case: what drives, what holds back, the nominal speed of every body."""
+"""Speeds and torques of a load case: drives, loads, the nominal speed of every body."""
 
 from dataclasses import dataclass, field
 from typing import Final
@@ -178,7 +178,7 @@ def _balance(
 
 
 def _share_out(motion: Motion, torques: dict[int, float], given: dict[int, float], notes: Notes) -> None:
-    """Make the body with the most power the driver, at its speed; what takes power is a load."""
+    """Make the body of the largest power the driver, at its speed; bodies that absorb power have loads."""
     power = {root: torque * motion.speeds[root] for root, torque in torques.items()}
     first = next(iter(given))
     if len(power) > 1 and first in power and min(power.values()) > 0.0:

@@ -198,7 +198,7 @@ def _mean(ends: tuple[float, float]) -> float:
 def drive_and_load(
     rotor: Rotor, others: Iterable[Rotor], motion: Motion, *, fixed: bool
 ) -> tuple[Any, Any, str]:
-    """Return drive and load of a rotor and a comment; of rotors of one body the last has them, where the shaft goes on."""
+    """Return drive and load of a rotor and a comment; of a body of several rotors the last one has both."""
     of_body = [each for each in others if each.root == rotor.root]
     if fixed or rotor is not of_body[-1]:
         return None, None, ""

@@ -1,4 +1,4 @@
-"""Notes of an import: what was assumed, and what a case cannot say, each with its consequence."""
+"""Notes of an import: assumptions and omissions, each with its consequence."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -9,7 +9,7 @@ SHOWN: Final = 4
 
 @dataclass(frozen=True)
 class Note:
-    """One note: a kind (``assumed``, ``left out`` or ``not read``), and what with its consequence."""
+    """One note: a kind (``assumed``, ``left out`` or ``not read``), and its subject with the consequence."""
 
     kind: str
     text: str
@@ -34,7 +34,7 @@ class Notes:
         self._add("assumed", text, about)
 
     def leave_out(self, text: str, about: object = None) -> None:
-        """Note something of the file that a case cannot say."""
+        """Note an item of the file that a case cannot represent."""
         self._add("left out", text, about)
 
     def skip(self, text: str, about: object = None) -> None:

@@ -10,7 +10,7 @@ from typing import Final
 from gearplay.rexs.json_form import read_json
 from gearplay.rexs.records import Gearbox, refused
 from gearplay.rexs.xml_form import read_xml
-from gearplay.vocabulary.errors import Fault, InputError, shorten
+from gearplay.vocabulary.errors import InputError, shorten
 
 LARGEST: Final = 64 * 1024 * 1024
 """Largest file, and largest member of an archive when unpacked [bytes]."""
@@ -41,16 +41,14 @@ def _bytes_of(path: Path) -> bytes:
     where = shorten(str(path))
     try:
         if not stat.S_ISREG(path.stat().st_mode):
-            raise InputError(Fault("file", where, "must be a regular file", "Name the REXS file"))
+            raise InputError.of("file", where, "must be a regular file", "Name the REXS file")
         with path.open("rb") as file:
             content = file.read(LARGEST + 1)
     except FileNotFoundError:
-        raise InputError(
-            Fault("file", where, "no such file", "Check the path and the current folder")
-        ) from None
+        raise InputError.of("file", where, "no such file", "Check the path and the current folder") from None
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
         reason = getattr(error, "strerror", None) or "not a valid path"
-        raise InputError(Fault("file", where, f"cannot be read: {reason}", "Check the path")) from None
+        raise InputError.of("file", where, f"cannot be read: {reason}", "Check the path") from None
     _check_size(len(content))
     return content
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 from gearplay.schema.fields import LARGEST
 from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, shorten
+from gearplay.vocabulary.errors import NO_VALUE, InputError, shorten
 from gearplay.vocabulary.quantities import Quantity
 
 VERSIONS: Final = tuple(f"1.{minor}" for minor in range(7))
@@ -33,7 +33,7 @@ POWER: Final = Quantity("power", "P", "W", "kW", 1e-3, "power")
 
 def refused(where: str, rule: str, cure: str = "") -> InputError:
     """Return the error for a file that cannot be read."""
-    return InputError(Fault(where, NO_VALUE, rule, cure))
+    return InputError.of(where, NO_VALUE, rule, cure)
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ class Gearbox:
     def number(
         self, component: Component, quantity: Quantity | None, *names: str, unit: str = ""
     ) -> float | None:
-        """Return a number in SI, None where there is none; `InputError` for text that is none or a wrong unit."""
+        """Return a number in SI, or None; `InputError` for text that is no number and for a wrong unit."""
         found = self.attribute(component, *names)
         if found is None or self._is_lost(found):
             return None
@@ -278,15 +278,15 @@ def _number(value: Any, unit: str, quantity: Quantity | None, where: str, defaul
         if isinstance(value, bool) or not math.isfinite(number):
             raise ValueError
     except (TypeError, ValueError, OverflowError):
-        raise InputError(
-            Fault(where, value, "must be a finite number", "Correct it, or export the model again")
+        raise InputError.of(
+            where, value, "must be a finite number", "Correct it, or export the model again"
         ) from None
     unit = " ".join(unit.split())
     if quantity is None:
         if unit not in ("", "none", "-", "1"):
-            raise InputError(Fault(where, f"{number:g} {unit}", "must have no unit", "Correct the unit"))
+            raise InputError.of(where, f"{number:g} {unit}", "must have no unit", "Correct the unit")
         if abs(number) > INFINITE:
-            raise InputError(Fault(where, f"{number:g}", "must be of the size of a machine", "Correct it"))
+            raise InputError.of(where, f"{number:g}", "must be of the size of a machine", "Correct it")
         return number
     if unit in ("", "none"):
         unit = default or _STANDARD[quantity.unit]
@@ -295,9 +295,9 @@ def _number(value: Any, unit: str, quantity: Quantity | None, where: str, defaul
             return number + 273.15
         found = number * _factor(_UNITS.get(unit, unit), quantity)
     except UnitError as error:
-        raise InputError(Fault(where, f"{number:g} {unit}", error.rule, error.cure)) from None
+        raise InputError.of(where, f"{number:g} {unit}", error.rule, error.cure) from None
     if abs(found) > (INFINITE if quantity in STIFF else LARGEST.get(quantity.name, INFINITE)):
-        raise InputError(Fault(where, f"{number:g} {unit}", "must be of the size of a machine", "Correct it"))
+        raise InputError.of(where, f"{number:g} {unit}", "must be of the size of a machine", "Correct it")
     return found
 
 

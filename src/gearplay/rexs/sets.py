@@ -34,14 +34,14 @@ class PlanetSet:
 
     @property
     def members(self) -> dict[str, int]:
-        """Component that stands for the body of each member."""
+        """Main component of the body of each member."""
         assert self.sun is not None
         assert self.ring is not None
         return {"sun": self.sun.component.id, "ring": self.ring.component.id, "carrier": self.carriers[0]}
 
 
 def find_sets(box: Gearbox, bodies: Bodies, gears: dict[int, Gear], notes: Notes) -> list[PlanetSet]:
-    """Return the planetary stages; what belongs to their carriers becomes one body.
+    """Return the planetary stages; the components of each carrier become one body.
 
     Raises `InputError` for a stage without planets, carrier, sun or ring, and for stepped planets and second suns or rings.
     """

@@ -1,4 +1,4 @@
-"""What a case has beside its mechanism: title, gravity, run, load cases in comments, what a plane leaves out."""
+"""Fields of a case besides its mechanism: title, gravity, run, load cases in comments, notes on the plane."""
 
 import math
 from collections.abc import Mapping
@@ -56,7 +56,7 @@ def gravity_of(box: Gearbox, notes: Notes) -> list[str] | None:
 
 
 def note_plane(gears: Mapping[int, Gear], notes: Notes) -> None:
-    """Note what no plane has: axial forces, bending, places along shafts."""
+    """Note quantities that a planar model lacks: axial forces, bending, positions along shafts."""
     helical = [each for each in gears.values() if abs(each.helix) > SPUR]
     if helical:
         named = ", ".join(str(each.component) for each in helical[:4]) + (" ..." if len(helical) > 4 else "")

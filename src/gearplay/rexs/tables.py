@@ -73,7 +73,7 @@ class Tables:
         self.ranks = dict.fromkeys(near, far) | self.ranks
 
     def held_by(self, rotor: Rotor) -> Holding:
-        """Return what holds a rotor to the casing; a body that is several rotors shares it out."""
+        """Return the parts that hold a rotor to the casing; several rotors of one body share them."""
         root, name = rotor.root, rotor.name
         own: list[Link] = []
         others: list[Link] = []

@@ -1,4 +1,4 @@
-"""List of what an import does not read: kinds of components, and attributes of those that it reads."""
+"""Notes on types of components and attributes that the import does not read."""
 
 from collections import Counter
 from typing import Final

@@ -39,7 +39,7 @@ LARGEST: Final[Mapping[str, float]] = MappingProxyType({
 
 
 class Problem(NamedTuple):
-    """What is wrong at `at`, a path below the part that is being checked."""
+    """A fault at `at`, a path below the part that is being checked."""
 
     at: tuple[str | int, ...]
     rule: str

@@ -42,7 +42,7 @@ def extremes(pieces: Floats, widths: Floats | float = 1.0) -> tuple[float, float
 
 
 def edges(start: float, end: float) -> set[float]:
-    """Return the times that no step may pass, of what acts from ``start`` to ``end`` [s], both included.
+    """Return the breakpoints of a record that acts from ``start`` to ``end`` [s], which no step may pass.
 
     It may begin and end with a jump, so a step ends just before it, and one begins just after it: none sees both sides.
 

@@ -18,6 +18,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -148,6 +149,14 @@ def parse_quantity(value: str | float, quantity: Quantity) -> float:
             "is a diametral pitch, not a length", f'Write the module: "{25.4 / float(number):.6g} mm"'
         )
     return _scaled(number, _factor(unit, quantity), example)
+
+
+def quantity_of(field: str, value: Any, quantity: Quantity) -> float:
+    """Return a quantity in SI, given as a number or as text with a unit; `InputError` of ``field`` for anything else."""
+    try:
+        return parse_quantity(value, quantity)
+    except UnitError as error:
+        raise InputError.of(field, value, error.rule, error.cure) from None
 
 
 def _factor(unit: str, quantity: Quantity) -> Fraction | float:

@@ -10,7 +10,9 @@ Put samples into a `Channel` with their rate and unit; every function takes one 
 (50.0, 3.0)
 """
 
+from functools import cache
 from importlib import import_module
+from inspect import isfunction
 from typing import Any
 
 from gearplay.vocabulary.exports import exports
@@ -22,7 +24,15 @@ __all__ = sorted(_HOMES)
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'gearplay.signals' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+    return _public(name)
+
+
+@cache
+def _public(name: str) -> Any:
+    from gearplay.signals.checks import checked_classes
+
+    found = getattr(import_module(_HOMES[name]), name)
+    return checked_classes(found) if isfunction(found) else found
 
 
 def __dir__() -> list[str]:

@@ -1,13 +1,19 @@
 """Argument checks of signal analysis."""
 
+import inspect
 import math
-from typing import NoReturn
+import numbers
+from collections.abc import Callable
+from functools import wraps
+from types import UnionType
+from typing import Any, NoReturn, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.record import Channel
-from gearplay.vocabulary.errors import Fault, InputError, join_path
+from gearplay.vocabulary.arguments import bound_arguments
+from gearplay.vocabulary.errors import InputError, join_path
 
 Floats = NDArray[np.float64]
 
@@ -19,7 +25,34 @@ TWO_PI = 2.0 * math.pi
 
 def refuse(path: str, value: object, rule: str, cure: str) -> NoReturn:
     """Raise `InputError` with one fault."""
-    raise InputError(Fault(path, value, rule, cure))
+    raise InputError.of(path, value, rule, cure)
+
+
+def checked_classes(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function that checks, before each call, the classes of arguments such as `Channel` and `Spectrum`.
+
+    It raises `InputError` for an argument of another class than its annotation has, a missing and an unknown one.
+    """
+    signature, expected = inspect.signature(function), {}
+    for name, hint in get_type_hints(function).items():
+        kinds = get_args(hint) if isinstance(hint, UnionType) else (hint,)
+        ours = any(kind.__module__.startswith("gearplay") for kind in kinds)
+        if name != "return" and ours and not any(get_args(kind) for kind in kinds):
+            expected[name] = tuple(numbers.Real if kind is float else kind for kind in kinds)
+
+    @wraps(function)
+    def call(*args: Any, **named: Any) -> Any:
+        bound = bound_arguments(function.__name__, signature, args, named)
+        for name, kinds in expected.items():
+            value = bound.arguments.get(name)
+            if name in bound.arguments and not isinstance(value, kinds):
+                words = " or ".join("None" if kind is type(None) else kind.__name__ for kind in kinds)
+                make = 'Make one: gearplay.Channel("acc", samples, sampling)'
+                cure = make if Channel in kinds else f"See help(gearplay.signals.{function.__name__})"
+                refuse(name, value, f"must be of type {words}", cure)
+        return function(*bound.args, **bound.kwargs)
+
+    return call
 
 
 def check_channel(channel: Channel, least: int = 8) -> Floats:

@@ -23,7 +23,7 @@ from gearplay.model.pack import Packed
 from gearplay.solver.integration import CHUNK_STEPS, FIRST_STEPS, Course, next_steps
 from gearplay.solver.status import Status
 from gearplay.vocabulary.cores import worker_count
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+from gearplay.vocabulary.errors import InputError, ResourceError
 from gearplay.vocabulary.memory import enough_memory
 
 Floats = NDArray[np.float64]
@@ -250,7 +250,7 @@ class KeptMotion:
         return max(i for i, mark in enumerate(self.marks) if i == 0 or mark.time <= start)
 
     def _pieces(self, start: float, step: float, count: int) -> list[tuple[Mark, int, int]]:
-        """Return the states to go on from, each with its first sample and the one behind its last."""
+        """Return the checkpoints to replay from, each with its first sample and the end of its range."""
         if count == 0:
             return []
         begin = self._begin(start)
@@ -337,7 +337,7 @@ class KeptMotion:
             f"must hold the motion that this machine computes from its case, and does not near t = {t:.6g} s"
         )
         cure = "Simulate its case again, or run gearplay export where it was written; xarray.open_dataset reads its samples"
-        return InputError(Fault("file", self.source, rule, cure))
+        return InputError.of("file", self.source, rule, cure)
 
 
 def out_of_time(count: int, columns: int) -> ResourceError:

@@ -70,7 +70,7 @@ class Flow:
         return member_state(self.case, self.packed, member)
 
     def seen(self, t: float, state: Floats) -> Floats:
-        """Return the free entries of a state at t [s], centres of planetary sets as their turning carriers see them."""
+        """Return the free entries of a state at t [s], centres of planetary sets in the frames of their carriers."""
         found: Floats = self.frames.seen(t, state)[self.free]
         return found
 

@@ -93,7 +93,7 @@ class CarrierFrames:
         return found
 
     def seen(self, t: float, state: Floats) -> Floats:
-        """Return a state at t [s] as the carriers see it, shape [state]; itself where none turns."""
+        """Return a state at t [s] in the frames of the carriers, shape [state]; the state itself where none turns."""
         if not self.turning:
             return state
         found = state.copy()
@@ -101,7 +101,7 @@ class CarrierFrames:
         return found
 
     def turned_back(self, t: float, changes: Floats) -> Floats:
-        """Return small changes of a state at t [s] as the carriers see them, shape [change, state + impact speed]."""
+        """Return small changes of a state at t [s] in the frames of the carriers, shape [change, state + impact speed]."""
         if not self.turning:
             return changes
         found = changes.copy()

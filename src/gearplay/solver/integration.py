@@ -16,7 +16,7 @@ from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.solver.deadline import deadline_of
 from gearplay.solver.status import WORDS, Status
-from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.errors import InputError, SimulationError
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -54,7 +54,7 @@ def refuse_fixed_steps(case: Case) -> None:
     """Raise `InputError` for a case of fixed steps: they have no exact derivative."""
     if case.run.fixed_step is not None:
         rule = "must be absent where the derivative of the motion is wanted: it needs located contacts"
-        raise InputError(Fault("run.fixed_step", case.run.fixed_step, rule, "Remove it"))
+        raise InputError.of("run.fixed_step", case.run.fixed_step, rule, "Remove it")
 
 
 class Course:
@@ -137,7 +137,7 @@ class Course:
         self._paced = FIRST_STEPS
 
     def take_chunk(self, t_end: float, steps: int, *, keep_log: bool = True) -> Status:
-        """Advance to t_end [s], by at most ``steps`` steps; return how it went."""
+        """Advance to t_end [s], by at most ``steps`` steps; return the status."""
         self.run.clock[kernel.T_END] = t_end
         if self.tangent is None:
             status = Status(stepper.advance(self.system, self.run, steps))
@@ -186,11 +186,11 @@ class Course:
         return Status.TOO_MANY_STEPS if self.steps >= most else None
 
     def advance(self, t_end: float) -> None:
-        """Go on to t_end [s]; `SimulationError` where the motion cannot be followed so far."""
+        """Advance to t_end [s]; `SimulationError` where the integration fails before."""
         self._check(self.follow(t_end))
 
     def advance_periods(self, period: float, count: int) -> None:
-        """Go on to ``count`` times a period [s], as one call of `advance` for each of them does; no derivative is moved on."""
+        """Advance to ``count`` times a period [s], as one call of `advance` for each; no derivative is propagated."""
         passed = np.zeros(1, dtype=np.int64)
 
         def take(steps: int) -> Status:
@@ -201,7 +201,7 @@ class Course:
         self._check(self._in_chunks(take))
 
     def advance_to_change(self, t_end: float) -> Floats:
-        """Go on to the end of the first step with a contact change, at most to t_end [s].
+        """Advance to the end of the first step with a contact change, at most to t_end [s].
 
         Returns the changes there as rows (t, contact, 1 onset / 0 release, rate), none at t_end. The motion is that of `advance`.
         """

@@ -50,7 +50,7 @@ class Ended:
 
 @dataclass(frozen=True)
 class Simulation:
-    """What the runs of all members of a case have in common."""
+    """Data common to the runs of all members of a case."""
 
     case: Case
     packed: Packed
@@ -149,7 +149,7 @@ class Job:
         return course
 
     def run(self, watch: "Watch") -> Trajectory:
-        """Run transient and record; return the trajectory whatever happens."""
+        """Run transient and record; return the trajectory, also of a run that failed."""
         started = time.perf_counter()
         own = self.simulation.of_member(self.member)
         course = self.begin(own)
@@ -205,7 +205,7 @@ class Watch:
         return Status.OUT_OF_TIME if self.deadline(case).is_over() else None
 
     def left(self, case: Case) -> float:
-        """Return the time [s] that a case's limit leaves for it, or for its samples."""
+        """Return the remaining time [s] within a case's limit of wall time."""
         return self.deadline(case).left()
 
     def deadline(self, case: Case) -> Deadline:

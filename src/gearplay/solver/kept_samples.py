@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gearplay.solver.checkpoints import KeptMotion
 from gearplay.solver.limits import check_samples
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -95,6 +95,6 @@ class KeptSamples:
         count = self.motion.count(start, sampling, end)
         if not (0.0 <= start < end <= self.motion.ends[-1] * (1.0 + 1e-12)) or count == 0:
             rule = f"must be a start and a later end [s] within 0 and {min(self.motion.reached, self.motion.ends[-1]):g}"
-            raise InputError(Fault("window", str(window), rule, "Choose a window within the run"))
+            raise InputError.of("window", str(window), rule, "Choose a window within the run")
         check_samples(count, 1)
         return self.motion.sample(self.places[at : at + 1], start, sampling, count)[:, 0]

@@ -68,7 +68,7 @@ class ReusedRun:
 
 
 def build_of(packed: Packed, places: Ints) -> tuple[Any, ...]:
-    """Return what the arrays of a run depend on, beside numbers that `ReusedRun.take` takes over."""
+    """Return the key of the arrays of a run: all that they depend on but the numbers that `ReusedRun.take` copies."""
     system = packed.system
     tables = (
         system.elements,

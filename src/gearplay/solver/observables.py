@@ -15,7 +15,7 @@ from gearplay.model.pack import Packed
 from gearplay.parts.registry import KINDS
 from gearplay.solver.frames import CarrierFrames
 from gearplay.solver.trajectory import Column, choose_columns
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 ROTOR = ("x", "y", "theta", "vx", "vy", "omega")
@@ -53,7 +53,7 @@ class Observables:
             if column.signal not in known[column.dimension]:
                 rule = "must follow from the state alone"
                 every = ", ".join(name for names_ in known.values() for name in names_)
-                raise InputError(Fault("signals", column.signal, rule, f"Choose from: {every}"))
+                raise InputError.of("signals", column.signal, rule, f"Choose from: {every}")
         self.packed, self.row = packed, np.zeros(signal_count(packed.system))
         states = {name: at for at, name in enumerate(state_names(packed))}
         of_state = [c.dimension == "rotor" for c in self.columns]

@@ -12,21 +12,11 @@ from numpy.typing import NDArray
 
 from gearplay.integrate import implicit
 from gearplay.integrate import run as kernel
+from gearplay.integrate.active_set import fill_lists
 from gearplay.integrate.implicit import find_unknowns
 from gearplay.integrate.radau import HIGH, MOST
 from gearplay.integrate.restart import FURTHEST
-from gearplay.kernels.layout import (
-    ACTING,
-    ACTIVE,
-    FREE,
-    KNOWN,
-    SEPARATING,
-    TOUCH,
-    WATCHED,
-    System,
-    vx_of,
-    x_of,
-)
+from gearplay.kernels.layout import ACTING, KNOWN, SEPARATING
 from gearplay.kernels.library import SOURCES
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
@@ -203,42 +193,12 @@ def _check(
 
 
 def _set_up(arrays: dict[str, NDArray[Any]], blank: dict[str, NDArray[Any]], course: Course) -> None:
-    """Fill what a checkpoint does not store: settings, index lists, what a request sets."""
+    """Fill the arrays that a checkpoint does not store: settings, index lists, fields of a request."""
     for name in MADE:
         arrays[name][...] = blank[name]
     clock = arrays["clock"]
     for slot in (*SETTINGS, *ASKED):
         clock[slot] = blank["clock"][slot]
     if arrays["counts"][kernel.BEGUN] == 1:
-        lists = _lists(course.system, arrays)
-        for name, items in lists.items():
-            array = arrays[name]
-            array[...] = 0
-            array[0], array[1 : 1 + len(items)] = len(items), items
+        fill_lists(course.system, course.run.active_set)
         find_unknowns(course.system, course.run.active_set, course.run.implicit)
-
-
-def _lists(system: System, arrays: dict[str, NDArray[Any]]) -> dict[str, list[int]]:
-    """Return the index lists that `gearplay.integrate.active_set.rebuild` fills, from the states of bodies and elements."""
-    bodies, elements = arrays["active_set.body_states"], arrays["active_set.element_states"]
-    active = np.flatnonzero(bodies == ACTIVE).tolist()
-    found: dict[str, list[int]] = {name: [] for name in LISTS}
-    listed = {name: found[f"active_set.{name}"] for name in ("states", "switches", "hiding", "near")}
-    found["active_set.active"] = active
-    for i in active:
-        listed["states"] += [*range(x_of(i), x_of(i) + 3), *range(vx_of(system, i), vx_of(system, i) + 3)]
-    for e, element in enumerate(system.elements):
-        switches = range(int(element.switch), int(element.switch + element.switches))
-        if elements[e] == ACTING:
-            found["active_set.acting"].append(e)
-            listed["states"] += range(int(element.state), int(element.state + element.states))
-            listed["switches"] += switches
-            listed["hiding"] += [s for s in switches if system.switches[s].hides == 1]
-        elif elements[e] == WATCHED:
-            found["active_set.watched"].append(e)
-            listed["switches"] += [s for s in switches if system.switches[s].role == TOUCH]
-            free = [i for i in (element.a, element.b, element.c) if i >= 0 and bodies[i] == FREE]
-            listed["near"] += [i for i in dict.fromkeys(free) if i not in listed["near"]]
-        if element.joins == 1 and elements[e] != ACTING:
-            found["active_set.joining"].append(e)
-    return found

@@ -69,7 +69,7 @@ def choose_columns(packed: Packed, wanted: list[str] | None) -> tuple[tuple[Colu
 def _chosen(
     labels: tuple[tuple[str, tuple[str, ...]], ...], wanted: tuple[str, ...] | None
 ) -> tuple[tuple[Column, ...], tuple[int, ...]]:
-    """Do what `choose_columns` does for a mechanism of such elements; kept, since the cases of a sweep are alike."""
+    """Return the columns as `choose_columns` for a mechanism of such elements; cached, since the cases of a sweep are alike."""
     every = _every(labels)
     if wanted is None:
         return every, tuple(range(len(every)))
@@ -310,7 +310,7 @@ def acceleration_signals(rotors: Iterable[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class Work:
-    """Work done by all members: steps, rejected ones, events, and core seconds: added up, not what one waited."""
+    """Work of all members: steps, rejected steps, events, and the sum of their core seconds."""
 
     steps: int
     rejected_steps: int

@@ -7,42 +7,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.vocabulary.arguments import Whole
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 LONGEST: Final = 1e6
 """Longest step [s]."""
 
 
 def checked_time(dt: Any) -> float:
-    """Return the length of a step [s]; `InputError` for what is none."""
+    """Return the length of a step [s]; `InputError` for any other value."""
     fits = isinstance(dt, (int, float, np.floating, np.integer)) and not isinstance(dt, bool)
     if not fits or not 0.0 <= dt <= LONGEST:
-        raise InputError(Fault("dt", dt, f"must be a time of 0 to {LONGEST:g} s", "Give the step in seconds"))
+        raise InputError.of("dt", dt, f"must be a time of 0 to {LONGEST:g} s", "Give the step in seconds")
     return float(dt)
 
 
 def check_names(name: str, given: Any) -> None:
-    """Raise `InputError` for what is no list of texts."""
+    """Raise `InputError` unless the value is a list of texts."""
     listed = isinstance(given, Sequence) and not isinstance(given, (str, bytes))
     if not listed or not all(isinstance(each, str) for each in given):
-        raise InputError(Fault(name, given, "must be a list of texts", f"Write {name}=[...]"))
+        raise InputError.of(name, given, "must be a list of texts", f"Write {name}=[...]")
 
 
 def check_count(name: str, given: Any, most: int, low: int = 1) -> None:
-    """Raise `InputError` for what is no whole number from ``low`` to ``most``."""
+    """Raise `InputError` unless the value is a whole number from ``low`` to ``most``."""
     if rule := Whole(low, most).fault(given):
-        raise InputError(Fault(name, given, rule, "Change it"))
+        raise InputError.of(name, given, rule, "Change it")
 
 
 def checked_inputs(u: Any, *shapes: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return values of inputs, of one of some shapes; `InputError` for others, and for what is no finite number."""
+    """Return values of inputs, of one of some shapes; `InputError` for other shapes and numbers that are not finite."""
     try:
         given = np.asarray(u, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(Fault("u", u, "must be numbers", "Give an array")) from None
+        raise InputError.of("u", u, "must be numbers", "Give an array") from None
     if given.shape not in shapes:
         wanted = " or ".join(str(list(shape)) for shape in shapes)
-        raise InputError(Fault("u", f"shape {list(given.shape)}", f"must have shape {wanted}", "Reshape it"))
+        raise InputError.of("u", f"shape {list(given.shape)}", f"must have shape {wanted}", "Reshape it")
     if not np.isfinite(given).all():
-        raise InputError(Fault("u", float("nan"), "must be finite numbers", "Check the controller"))
+        raise InputError.of("u", float("nan"), "must be finite numbers", "Check the controller")
     return given

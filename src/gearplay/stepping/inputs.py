@@ -66,16 +66,14 @@ def _find(case: Case, packed: Packed, given: str, name: str) -> Input:
     if not ending or rotor not in case.rotors:
         rule = "must be an input of a rotor: drive.torque, load.torque, drive.speed or drive.angle"
         some = ", ".join(list(case.rotors)[:8])
-        raise InputError(
-            Fault("inputs", given, rule, f"Write ROTOR.drive.torque, with one of the rotors {some}")
-        )
+        raise InputError.of("inputs", given, rule, f"Write ROTOR.drive.torque, with one of the rotors {some}")
     unit, description = _WORDS[ending]
     i, drive = list(case.rotors).index(rotor), case.rotors[rotor].drive
     kind = None if drive is None else drive.kind
     if ending == "drive.torque":
         if drive is not None and drive.kind != "torque":
             rule = f"must be of a rotor whose drive gives a torque, and {rotor} has one of kind {kind}"
-            raise InputError(Fault("inputs", given, rule, f"Change rotors.{rotor}.drive, or leave it out"))
+            raise InputError.of("inputs", given, rule, f"Change rotors.{rotor}.drive, or leave it out")
         start = 0.0 if drive is None else drive.torque
         return Input(name, unit, description, start, DRIVE_INPUT, i)
     if ending == "load.torque":
@@ -84,7 +82,7 @@ def _find(case: Case, packed: Packed, given: str, name: str) -> Input:
         )
         if sense == 0.0:
             rule = f"must be of a rotor that turns one way: a load opposes its nominal sense, and {rotor} has none"
-            raise InputError(Fault("inputs", given, rule, f"Use {rotor}.drive.torque, whose sign is free"))
+            raise InputError.of("inputs", given, rule, f"Use {rotor}.drive.torque, whose sign is free")
         return Input(name, unit, description, case.rotors[rotor].load.torque, LOAD_INPUT, i, -sense)
     wanted, table, at = (
         ("servo", SERVO, "speed") if ending == "drive.speed" else ("position", POSITIONER, "angle")
@@ -92,10 +90,10 @@ def _find(case: Case, packed: Packed, given: str, name: str) -> Input:
     if drive is None or drive.kind != wanted:
         has = "no drive" if drive is None else f"a drive of kind {kind}"
         rule = f"must be of a rotor with a drive of kind {wanted}, and {rotor} has {has}"
-        raise InputError(Fault("inputs", given, rule, f"Change rotors.{rotor}.drive, or leave it out"))
+        raise InputError.of("inputs", given, rule, f"Change rotors.{rotor}.drive, or leave it out")
     if getattr(drive, "ramp", 0.0) > 0.0:
         rule = "must be the speed of a servo without a ramp, which would go on towards the case's own speed"
-        raise InputError(Fault("inputs", given, rule, f"Remove rotors.{rotor}.drive.ramp"))
+        raise InputError.of("inputs", given, rule, f"Remove rotors.{rotor}.drive.ramp")
     row = int(np.flatnonzero(packed.system.records[table]["rotor"] == i)[0])
     kind_of = SPEED_INPUT if ending == "drive.speed" else ANGLE_INPUT
     return Input(name, unit, description, getattr(drive, at), kind_of, row)

@@ -65,7 +65,7 @@ class Share:
         self._first_call = bound(step_members, self.system, self.run, self.held, self.batch, FIRST)
 
     def load(self) -> None:
-        """Bring the inputs in the records to those of the only member."""
+        """Write the inputs of the only member into the records."""
         for k, value in enumerate(self.batch.values[0].tolist()):
             set_input(self.system, self.held, k, value)
 

@@ -22,7 +22,7 @@ from gearplay.stepping.arguments import check_count, check_names, checked_inputs
 from gearplay.stepping.inputs import find_inputs, find_outputs
 from gearplay.stepping.shares import Share, Table
 from gearplay.vocabulary.cores import worker_count
-from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.errors import InputError, SimulationError
 from gearplay.vocabulary.memory import enough_memory
 
 Floats = NDArray[np.float64]
@@ -32,7 +32,7 @@ MOST_MEMBERS = 10_000_000
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """All that a stepper goes on from; of `Stepper.snapshot`."""
+    """Complete state of a stepper, returned by `Stepper.snapshot`."""
 
     states: NDArray[np.int64]
     values: Floats
@@ -103,7 +103,7 @@ class Stepper:
         self._case = case = load_case(case)
         if batch > 1 and case.base is not None and case.base.is_per_member:
             rule = "must be 1 where the housing moves by a random record, which is one member's"
-            raise InputError(Fault("batch", batch, rule, "Step one member, or remove base"))
+            raise InputError.of("batch", batch, rule, "Step one member, or remove base")
         self._packed = packed = pack(case)
         self._inputs = find_inputs(case, packed, inputs)
         columns, places = find_outputs(packed, outputs)
@@ -130,7 +130,7 @@ class Stepper:
         self._y: Floats = self._all[0] if self.batch == 1 else self._all
 
     def reset(self, seed: int | None = None, states: Any = None) -> Floats:
-        """Begin anew at t = 0, inputs as the case has them; return the outputs, shape [output] or [member, output].
+        """Restart at t = 0 with the inputs of the case; return the outputs, shape [output] or [member, output].
 
         Parameters
         ----------
@@ -153,7 +153,7 @@ class Stepper:
             wanted = (self.batch, self._packed.state_size)
             if states.shape not in ((wanted[1],), wanted) or not np.isfinite(states).all():
                 rule = f"must be finite numbers of shape [{wanted[1]}] or [{wanted[0]}, {wanted[1]}]"
-                raise InputError(Fault("states", f"shape {list(states.shape)}", rule, "See state_names"))
+                raise InputError.of("states", f"shape {list(states.shape)}", rule, "See state_names")
         self._table.reset(np.broadcast_to(states, (self.batch, self._packed.state_size)), self._starts)
         self._u[:] = self._starts
         return self._take(0.0)
@@ -261,9 +261,7 @@ class Stepper:
         """
         if not isinstance(snapshot, Snapshot) or snapshot.owner != id(self._packed):
             rule = "must be a snapshot of this stepper"
-            raise InputError(
-                Fault("snapshot", type(snapshot).__name__, rule, "Take it by stepper.snapshot()")
-            )
+            raise InputError.of("snapshot", type(snapshot).__name__, rule, "Take it by stepper.snapshot()")
         table = self._table
         table.states[:], table.values[:], table.status[:] = snapshot.states, snapshot.values, snapshot.status
         self._u[:], self._y[:] = snapshot.values, snapshot.outputs
@@ -293,8 +291,8 @@ class Stepper:
 
         """
         if self.batch > 1:
-            raise InputError(
-                Fault("batch", self.batch, "must be 1 for a derivative", "Make a stepper of one member")
+            raise InputError.of(
+                "batch", self.batch, "must be 1 for a derivative", "Make a stepper of one member"
             )
         refuse_fixed_steps(self._case)
         length, before = checked_time(dt), self.snapshot()
@@ -341,7 +339,7 @@ class Stepper:
 
     @property
     def messages(self) -> list[str]:
-        """What became of each member, in a sentence."""
+        """Status of each member as a sentence."""
         return [WORDS[Status(int(code))] for code in self._table.status]
 
     def __repr__(self) -> str:

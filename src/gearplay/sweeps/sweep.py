@@ -136,7 +136,7 @@ def sweep(
 
 @dataclass(frozen=True)
 class Finished:
-    """What `sweep_in` did: cases ``ran``, the product, the account of all cases, and the document of the tolerance page."""
+    """Outcome of `sweep_in`: cases ``ran``, the product, the account of all cases, the document of the tolerance page."""
 
     ran: int
     product: "xr.Dataset | None" = None

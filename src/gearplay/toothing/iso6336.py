@@ -41,7 +41,7 @@ def theoretical_stiffness(pinion: DrawnGear, wheel: DrawnGear) -> float:
 
 
 def single_stiffness(pinion: DrawnGear, wheel: DrawnGear) -> float:
-    """Return c' = c'_th C_M C_B cos beta [N/(mm um)], the largest of a pair of teeth, above the light loads.
+    """Return c' = c'_th C_M C_B cos beta [N/(mm um)], the maximum stiffness of one pair of teeth, for loads above 100 N/mm.
 
     C_B = (1 + 0.5 (1.2 - h_fP/m_n)) (1 - 0.02 (20 deg - alpha_n)), its first factor the mean of both gears.
     """

@@ -291,15 +291,10 @@ def checked_function(
     """
     signature = inspect.signature(function)
     parameters = signature.parameters
-    open_ended = any(each.kind is each.VAR_KEYWORD for each in parameters.values())
 
     @wraps(function)
     def call(*args: Any, **named: Any) -> Any:
-        try:
-            bound = signature.bind(*args, **named)
-        except TypeError as error:
-            raise InputError(_misfit(function.__name__, list(parameters), open_ended, named, error)) from None
-        faults = []
+        bound, faults = bound_arguments(function.__name__, signature, args, named), []
         for name, value in bound.arguments.items():
             if value is None and parameters[name].default is None:
                 continue
@@ -317,6 +312,18 @@ def checked_function(
             return function(*bound.args, **bound.kwargs)
 
     return call
+
+
+def bound_arguments(
+    function: str, signature: inspect.Signature, args: Sequence[Any], named: Mapping[str, Any]
+) -> inspect.BoundArguments:
+    """Return the arguments of a call by name; `InputError` where some are missing or unknown."""
+    try:
+        return signature.bind(*args, **named)
+    except TypeError as error:
+        parameters = signature.parameters
+        open_ended = any(each.kind is each.VAR_KEYWORD for each in parameters.values())
+        raise InputError(_misfit(function, list(parameters), open_ended, named, error)) from None
 
 
 def _misfit(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable
-from typing import ClassVar, Final, NamedTuple
+from typing import ClassVar, Final, NamedTuple, Self
 
 from gearplay.vocabulary import exit_codes
 
@@ -186,7 +186,7 @@ class InputError(GearplayError):
 
     Examples
     --------
-    >>> error = InputError(Fault("run.seed", -1, "must be 0 or more"))
+    >>> error = InputError.of("run.seed", -1, "must be 0 or more")
     >>> str(error), error.exit_code, len(error.faults)
     ('run.seed = -1: must be 0 or more.', 2, 1)
 
@@ -197,6 +197,11 @@ class InputError(GearplayError):
     def __init__(self, faults: Fault | Iterable[Fault]) -> None:
         self.faults: list[Fault] = [faults] if isinstance(faults, Fault) else list(faults)
         super().__init__(self.faults)
+
+    @classmethod
+    def of(cls, path: str, value: object, rule: str, cure: str = "") -> Self:
+        """Return the error of one `Fault`."""
+        return cls(Fault(path, value, rule, cure))
 
     def __str__(self) -> str:
         lines = [str(fault) for fault in self.faults[:FAULTS_SHOWN]]

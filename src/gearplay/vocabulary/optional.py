@@ -5,7 +5,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 
 def load_optional(module: str, extra: str) -> ModuleType:
@@ -19,8 +19,8 @@ def load_optional(module: str, extra: str) -> ModuleType:
     except ModuleNotFoundError as error:
         if error.name != module.split(".")[0]:
             raise
-        raise InputError(
-            Fault(module, NO_VALUE, "is needed for this and not installed", cure_for(extra))
+        raise InputError.of(
+            module, NO_VALUE, "is needed for this and not installed", cure_for(extra)
         ) from None
 
 

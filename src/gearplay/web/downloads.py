@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 from gearplay.files.netcdf import netcdf_bytes
 from gearplay.model.reading import load_case
 from gearplay.results.provenance import provenance
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.web.frames import unpack_frame
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ def file_of(frame: bytes, form: str) -> bytes:
     Raises `InputError` for a run, which is saved from its case with all its samples, and for another form.
     """
     if form not in ("nc", "csv"):
-        raise InputError(Fault("form", form, "must be nc or csv", "Choose one"))
+        raise InputError.of("form", form, "must be nc or csv", "Choose one")
     dataset = dataset_of(unpack_frame(frame))
     if form == "nc":
         return netcdf_bytes(dataset)
@@ -82,7 +82,7 @@ def dataset_of(document: dict[str, Any]) -> "xr.Dataset":
         }
     else:
         rule = "must be a diagram or a map"
-        raise InputError(Fault("result", document["kind"], rule, "Save a run from its case"))
+        raise InputError.of("result", document["kind"], rule, "Save a run from its case")
     for name, field, long_name in (
         ("reason", "failures", "why a case failed"),
         ("start", "starts", "what a value began with, where not with the plain end of the one before it"),

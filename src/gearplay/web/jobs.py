@@ -9,7 +9,7 @@ import numpy as np
 from gearplay.model.case import Case
 from gearplay.model.initial import usual_member
 from gearplay.model.reading import load_case, replace
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Job = Mapping[str, Any]
 LIMITS = {"run.max_steps": 20_000_000, "run.max_wall_time": 120.0}
@@ -28,7 +28,7 @@ def limited_case(job: Job, *, longest: float = LIMITS["run.max_wall_time"]) -> C
     """
     given = job.get("case")
     if not isinstance(given, Mapping):
-        raise InputError(Fault("case", given, "must be a table", "Send the case as a table of JSON"))
+        raise InputError.of("case", given, "must be a table", "Send the case as a table of JSON")
     case = load_case(given)
     run = case.run
     limits = {
@@ -38,14 +38,12 @@ def limited_case(job: Job, *, longest: float = LIMITS["run.max_wall_time"]) -> C
     }
     if run.ensemble > MOST_MEMBERS:
         rule = f"must be at most {MOST_MEMBERS} on the page"
-        raise InputError(Fault("run.ensemble", run.ensemble, rule, "Lower it, or use gearplay run"))
+        raise InputError.of("run.ensemble", run.ensemble, rule, "Lower it, or use gearplay run")
     samples = run.duration * run.sampling * run.ensemble
     if samples > MOST_SAMPLES:
         rule = f"must give at most {MOST_SAMPLES} samples on the page, not {samples:.3g}"
-        raise InputError(
-            Fault(
-                "run.duration x run.sampling x run.ensemble", samples, rule, "Shorten it, or use gearplay run"
-            )
+        raise InputError.of(
+            "run.duration x run.sampling x run.ensemble", samples, rule, "Shorten it, or use gearplay run"
         )
     return replace(case, limits) if limits else case
 
@@ -95,14 +93,14 @@ def axis_of(job: Job, name: str = "axis") -> tuple[str, float, float]:
     """Return a field's path and its ends [SI]."""
     given = job.get(name)
     if not isinstance(given, Mapping) or not isinstance(given.get("path"), str):
-        raise InputError(Fault(name, str(given), "must have a path, low and high", "Choose a field"))
+        raise InputError.of(name, str(given), "must have a path, low and high", "Choose a field")
     path, low, high = given["path"], number_of(given.get("low")), number_of(given.get("high"))
     if not low < high:
         rule = f"must be a number below high, {high:g}"
-        raise InputError(Fault(f"{name}.low", f"{low:g}", rule, "Correct it"))
+        raise InputError.of(f"{name}.low", f"{low:g}", rule, "Correct it")
     if path.split(".")[0] == "run":
-        raise InputError(
-            Fault(f"{name}.path", path, "must not be a field of run", "Choose a field of the mechanism")
+        raise InputError.of(
+            f"{name}.path", path, "must not be a field of run", "Choose a field of the mechanism"
         )
     return path, low, high
 
@@ -118,5 +116,5 @@ def whole(job: Job, name: str, least: int, most: int) -> int:
     """Return a whole number of a job within its bounds; `InputError` for anything else."""
     value = job.get(name)
     if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise InputError(Fault(name, value, f"must be a whole number from {least} to {most}", "Correct it"))
+        raise InputError.of(name, value, f"must be a whole number from {least} to {most}", "Correct it")
     return value

@@ -10,7 +10,7 @@ from gearplay.model.case import Case
 from gearplay.model.geometry import rotor_of
 from gearplay.model.pack import pack
 from gearplay.results.spectra import student_widening
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.progress import Tick
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 from gearplay.web.frames import pack_frame
@@ -39,14 +39,10 @@ def make_map(job: Job, report: Tick, stop: threading.Event) -> bytes:
     case, members = averaged_case(job)
     columns, rows = (whole(job, name, 2, 60) for name in ("columns", "rows"))
     if columns * rows > MOST_CELLS:
-        raise InputError(
-            Fault("columns x rows", columns * rows, f"must be at most {MOST_CELLS}", "Lower one")
-        )
+        raise InputError.of("columns x rows", columns * rows, f"must be at most {MOST_CELLS}", "Lower one")
     first, second = axis_of(job, "first"), axis_of(job, "second")
     if first[0] == second[0]:
-        raise InputError(
-            Fault("second.path", second[0], "must be another field than first", "Choose another")
-        )
+        raise InputError.of("second.path", second[0], "must be another field than first", "Choose another")
     measure, of = str(job.get("measure", "")), str(job.get("of", ""))
     across, up = np.linspace(*first[1:], columns), np.linspace(*second[1:], rows)
     contacts = contacts_of(case, of)
@@ -118,7 +114,7 @@ def reduction_of(case: Case, measure: str, of: str) -> dict[str, Any]:
     if not any(each["measure"] == measure and each["of"] == of for each in measures(case)):
         names = ", ".join((*OF_ROTOR, *OF_CONTACT))
         rule = "must be a measure of a rotor or contact of the case"
-        raise InputError(Fault("measure", f"{measure} of {of}", rule, f"Choose from: {names}"))
+        raise InputError.of("measure", f"{measure} of {of}", rule, f"Choose from: {names}")
     if measure in OF_CONTACT:
         return {"kind": "contact", "name": KEPT, "contact": of, "statistic": measure}
     if measure == "line":

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from ipaddress import ip_address
 from pathlib import Path
 
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.optional import load_optional
 
 SHORTEST_TOKEN = 16
@@ -46,18 +46,18 @@ def address_of(host: str, port: int, token: str | None, names: tuple[str, ...] =
     'http://127.0.0.1:8000/'
     """
     if not 0 <= port <= 65535:
-        raise InputError(Fault("--port", port, "must be from 0 to 65535", "Choose 0 for any that is free"))
+        raise InputError.of("--port", port, "must be from 0 to 65535", "Choose 0 for any that is free")
     try:
         local = host == "localhost" or ip_address(host).is_loopback
     except ValueError:
         rule = "must be an IP address of this machine, or localhost"
-        raise InputError(Fault("--host", host, rule, "Leave it out to serve this machine only")) from None
+        raise InputError.of("--host", host, rule, "Leave it out to serve this machine only") from None
     if not local and token is None:
         cure = f"Add for example --token {secrets.token_urlsafe(18)}"
-        raise InputError(Fault("--token", "none", "is required for an address that others can reach", cure))
+        raise InputError.of("--token", "none", "is required for an address that others can reach", cure)
     if token is not None and not TOKEN.fullmatch(token):
         rule = f"must be {SHORTEST_TOKEN} or more letters, digits, - and _"
-        raise InputError(Fault("--token", "(hidden)", rule, f"Use for example {secrets.token_urlsafe(18)}"))
+        raise InputError.of("--token", "(hidden)", rule, f"Use for example {secrets.token_urlsafe(18)}")
     called = {f"[{host}]" if ":" in host else host, *names, *(LOOPBACK if local else ())}
     bare = called if port == 80 else names  # a proxy passes on the name without our port
     known = frozenset(name.lower() for name in (*bare, *(f"{name}:{port}" for name in called)))
@@ -129,6 +129,6 @@ def _listen(host: str, port: int) -> socket.socket:
     except OSError as error:
         made.close()
         rule = f"must be free to listen on ({error.strerror})"
-        raise InputError(Fault("--port", port, rule, "Choose another, or 0 for any")) from None
+        raise InputError.of("--port", port, rule, "Choose another, or 0 for any") from None
     made.listen(128)
     return made

@@ -66,7 +66,7 @@ class Store:
         return sorted(ages, key=lambda file: ages[file], reverse=True)
 
     def load(self, key: str) -> bytes | None:
-        """Return the frame of a key, None where there is none, or it was changed on disk."""
+        """Return the frame of a key; None if it is missing or was changed on disk."""
         if not KEY.fullmatch(key):
             return None
         file = self.folder / f"{key}.frame"

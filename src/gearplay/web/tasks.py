@@ -14,7 +14,7 @@ from gearplay.results.mechanism import mechanism_of
 from gearplay.solver.simulate import run_batch
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory
-from gearplay.vocabulary.errors import Fault, InputError, SimulationError
+from gearplay.vocabulary.errors import InputError, SimulationError
 from gearplay.vocabulary.progress import Tick
 from gearplay.web.frames import pack_frame
 from gearplay.web.jobs import (
@@ -80,7 +80,7 @@ def bifurcation(job: Job, report: Tick, stop: threading.Event) -> bytes:
     count, keep, settle = (whole(job, name, least, most) for name, least, most in
                            (("count", 2, 1000), ("keep", 1, 400), ("settle", 0, 2000)))  # fmt: skip
     if count * keep > MOST_POINTS:
-        raise InputError(Fault("count x keep", count * keep, f"must be at most {MOST_POINTS}", "Lower one"))
+        raise InputError.of("count x keep", count * keep, f"must be at most {MOST_POINTS}", "Lower one")
     path, low, high = axis_of(job)
     found = diagram_of(
         case,
@@ -169,7 +169,7 @@ def export(job: Job, report: Tick, stop: threading.Event) -> bytes:
     if form == "toml":
         return to_toml(case).encode("utf-8")
     if form not in ("nc", "csv"):
-        raise InputError(Fault("form", form, "must be nc, csv or toml", "Choose one"))
+        raise InputError.of("form", form, "must be nc, csv or toml", "Choose one")
     from gearplay.results.result import Result
 
     runs = run_batch([(case, list(range(case.run.ensemble)))], progress=report, stop=stop, threads=1)[0]

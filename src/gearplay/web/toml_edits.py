@@ -126,7 +126,7 @@ def _literal(value: Any) -> str:
 
 
 def _places(text: str) -> tuple[dict[Path, Span], dict[Path, int]]:
-    """Return where each value of a TOML text stands, by its path, and where each table ends."""
+    """Return the position of each value of a TOML text, by its path, and the end of each table."""
     spans: dict[Path, Span] = {}
     tables: dict[Path, int] = {(): 0}
     counts: dict[Path, int] = {}
@@ -165,7 +165,7 @@ def _split(dotted: str) -> Path:
 
 
 def _value(text: str, at: int, path: Path, spans: dict[Path, Span]) -> int:
-    """Note where a value stands, and those within it; return where it ends."""
+    """Note the position of a value and of those within it; return its end."""
     start = at
     if text[at : at + 1] in ("[", "{"):
         table, number = text[at] == "{", 0

@@ -23,7 +23,7 @@ from gearplay.results.result import Result
 from gearplay.results.simulate import simulate
 from gearplay.results.staging import Motion, motion_in, stage_of
 from gearplay.results.titles import window_words
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.progress import Progress
 
 FORMS: Final = (".html", ".gif", ".mp4")
@@ -157,13 +157,13 @@ def check_form(path: Path) -> str:
     form = path.suffix.lower()
     if form not in FORMS:
         rule = f"must end in {', '.join(FORMS)}"
-        raise InputError(Fault("out", path.name, rule, "Choose another extension"))
+        raise InputError.of("out", path.name, rule, "Choose another extension")
     if form == ".mp4":
         from gearplay.pictures.moving import has_mp4
 
         if not has_mp4():
             rule = "needs ffmpeg, which is not installed"
-            raise InputError(Fault("out", path.name, rule, "Install ffmpeg, or write a .gif or a .html"))
+            raise InputError.of("out", path.name, rule, "Install ffmpeg, or write a .gif or a .html")
     return form
 
 

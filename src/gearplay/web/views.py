@@ -54,7 +54,7 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
 
 
 def _orbits(case: Case, run: Trajectory) -> list[dict[str, Any]]:
-    """Return the paths of centres that are free, with the clearance of those in sleeves; ``on`` is what carries a rotor.
+    """Return the paths of free centres, with the clearance of those in sleeves; ``on`` is the carrier of a rotor.
 
     The paths of carried rotors are relative to their pins, in axes that turn with the carrier.
     """

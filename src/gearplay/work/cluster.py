@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
+from gearplay.vocabulary.errors import GearplayError, InputError, SimulationError
 from gearplay.vocabulary.optional import load_optional
 from gearplay.work.task import PAUSE, RETRIES, Piece, Task, run_batch
 
@@ -152,7 +152,7 @@ def _reach(distributed: Any, address: str, security: dict[str, Path]) -> Any:
         return distributed.Client(address, security=settings, set_as_default=False, timeout=TIMEOUT)
     except Exception as error:  # anything may answer there
         rule = f"must be the address of a Dask scheduler that can be reached ({_first_line(error)})"
-        raise InputError(Fault("scheduler", address, rule, "Start it, or correct the address")) from None
+        raise InputError.of("scheduler", address, rule, "Start it, or correct the address") from None
 
 
 def _first_line(error: BaseException) -> str:

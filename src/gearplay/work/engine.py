@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gearplay.vocabulary.cores import worker_count
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.progress import Progress
 from gearplay.work.cluster import run_dask
 from gearplay.work.task import PAUSE, Piece, Task
@@ -123,7 +123,7 @@ class Engine:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise InputError(Fault("engine", self.kind, "must be threads or processes", "Choose one"))
+            raise InputError.of("engine", self.kind, "must be threads or processes", "Choose one")
 
     @contextmanager
     def lasting(self) -> Iterator["Engine"]:

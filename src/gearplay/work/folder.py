@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from gearplay.files.atomic import make_folder, shown_path, write_text
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError, TakenError
+from gearplay.vocabulary.errors import InputError, ResourceError, TakenError
 from gearplay.vocabulary.file_lock import try_lock
 
 Done = TypeVar("Done")
@@ -85,7 +85,7 @@ class OutputFolder:
             (self.path / IDENTITY).unlink(missing_ok=True)
 
     def finish_replacement(self) -> None:
-        """Finish a replacement that was interrupted, alone in the folder; nothing where there is none."""
+        """Finish an interrupted replacement, as the only user of the folder; do nothing if there is none."""
         if (self.path / STAGING / COMPLETE).exists():
             with locked(self.path):
                 self._move_in()
@@ -150,8 +150,8 @@ def _lock(folder: Path, name: str, *, shared: bool) -> int:
         handle = try_lock(folder / name, shared=shared)
     except OSError as error:
         rule = f"must be a folder that can be written ({error.strerror})"
-        raise InputError(Fault("out", shown_path(folder), rule, "Choose another place")) from None
+        raise InputError.of("out", shown_path(folder), rule, "Choose another place") from None
     if handle is None:
         rule = "must not be in use by another process"
-        raise InputError(Fault("out", shown_path(folder), rule, "Wait for it, or choose another folder"))
+        raise InputError.of("out", shown_path(folder), rule, "Wait for it, or choose another folder")
     return handle

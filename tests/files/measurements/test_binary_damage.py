@@ -292,7 +292,7 @@ def test_a_channel_that_is_gone_from_our_file_is_missed(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_file_on_which_the_library_never_returns_is_given_up(
+def test_sandbox__a_reader_that_never_returns_is_ended(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A heap of texts whose free space has the size 0: the library walks on by 0 bytes for ever."""

@@ -87,7 +87,7 @@ def test_long_records_are_packed_with_checksums(suffix: str, tmp_path: Path) -> 
         ("run.uff", Record((Channel("x", np.zeros(1), 1.0),)), "2 samples"),
     ],
 )
-def test_what_cannot_be_written_is_refused_and_leaves_nothing(
+def test_unwritable_output__is_refused_and_leaves_no_file(
     name: str, record: Record, words: str, tmp_path: Path
 ) -> None:
     with pytest.raises(InputError, match=words):

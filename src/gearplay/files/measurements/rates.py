@@ -1,4 +1,4 @@
-"""Sampling rates: what files declare by name, by a time axis, or by both, and whether the declarations agree."""
+"""Sampling rates declared by name, by a time axis or by both; consistency of the declarations."""
 
 import math
 import re

@@ -179,7 +179,7 @@ def _opened(path: Path) -> tuple[int, bytes]:
 
 def _unreadable(path: Path, error: Exception) -> InputError:
     rule = f"must be a file that can be read ({getattr(error, 'strerror', None) or error})"
-    return InputError(Fault("file", shown_path(path), rule, "Check the path"))
+    return InputError.of("file", shown_path(path), rule, "Check the path")
 
 
 def _calibrated(record: Record, calibration: Mapping[str, tuple[float, str]], argument: str) -> Record:

@@ -38,7 +38,7 @@ UNREADABLE: Final = "The file is damaged, or of a kind that is not read: export 
 
 
 def damaged(path: Path, rule: str, cure: str = AGAIN) -> MeasurementError:
-    """Return the error that names a file, what is wrong with it and what to do.
+    """Return the error of a damaged file: its name, the fault, the cure.
 
     >>> print(damaged(Path("data/run.wav"), "declares 8 samples and holds 5"))
     run.wav: declares 8 samples and holds 5. The file is cut or damaged: copy or export it again.
@@ -47,7 +47,7 @@ def damaged(path: Path, rule: str, cure: str = AGAIN) -> MeasurementError:
 
 
 def quoted(text: str) -> str:
-    r"""Return a text of the file as messages show it: quoted, escaped, at most 40 characters.
+    r"""Return a text from the file for messages: quoted, escaped, at most 40 characters.
 
     >>> print(quoted("acc"), quoted("1\xa02"), quoted("a\n"))
     'acc' '1 2' 'a\n'
@@ -86,12 +86,12 @@ def need(module: str, package: str, path: Path) -> ModuleType:
             return import_module(module)
     except ImportError:
         rule = f"needs the package {package}, which is not installed"
-        raise InputError(Fault("file", shorten(path.name), rule, cure_for("measurements"))) from None
+        raise InputError.of("file", shorten(path.name), rule, cure_for("measurements")) from None
 
 
 @contextmanager
 def fenced(path: Path, kind: str) -> Iterator[None]:
-    """Run a library's reader and turn whatever it raises into a `MeasurementError`, which names the file and its kind."""
+    """Run a library's reader; convert all its exceptions to a `MeasurementError` with the file and its kind."""
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         try:

@@ -28,7 +28,7 @@ _BIG_ENDIAN: Final = 1 << 6
 
 
 def _check_segments(path: Path, size: int) -> None:
-    """Raise `MeasurementError` where the lead-ins do not lead to the end of the file: npTDMS reads on without a word."""
+    """Raise `MeasurementError` where the lead-ins do not end with the file, which npTDMS accepts silently."""
     place = 0
     with path.open("rb") as file:
         for number in range(1, MOST_NODES):

@@ -38,7 +38,7 @@ class _DataSet:
         )
 
     def text(self, line: int, begin: int, width: int) -> str:
-        """Return a text of the header, empty for NONE; pyuff would decode names and units each by a rule of its own."""
+        """Return a text of the header, empty for NONE; pyuff decodes names and units by different rules."""
         text = self.lines[line][begin : begin + width].strip()
         return "" if text.upper() == "NONE" else text
 

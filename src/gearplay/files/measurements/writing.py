@@ -64,7 +64,7 @@ def write_record(record: Record, path: str | PathLike[str], *, overwrite: bool =
 
 
 def check_record_path(path: Path, *, overwrite: bool = False) -> str:
-    """Return the kind of record that a path names, before anything is computed for it; `InputError` as `write_record`."""
+    """Return the format of a record by its path, checked before the computation; raises as `write_record`."""
     kind = next((kind for kind, known in FORMATS.items() if path.suffix.lower() in known.suffixes), "")
     if kind not in _WRITERS:
         known = ", ".join(FORMATS[kind].suffixes[0] for kind in _WRITERS)
@@ -79,7 +79,7 @@ def _common(record: Record) -> tuple[int, float, float]:
     if len(shared) > 1:
         rule = "must have channels of one length, sampling rate and start for this kind of file"
         shown = f"{len(record.channels)} channels"
-        raise InputError(Fault("record", shown, rule, "Write it as HDF5 or netCDF"))
+        raise InputError.of("record", shown, rule, "Write it as HDF5 or netCDF")
     return shared.pop()
 
 

@@ -92,7 +92,7 @@ def twist(system: System, n: int, t: float, y: Floats) -> tuple[float, float]:
 
 @compiled_inline
 def _stage(system: System, n: int, phi: float, stage: int) -> tuple[float, float, float]:
-    """Return torque [N m], stiffness [N m/rad] of a stage at twist phi [rad], and how far [rad] phi is beyond its ends.
+    """Return torque [N m] and stiffness [N m/rad] of a stage at twist phi [rad], and the distance [rad] of phi beyond its ends.
 
     The first and the last stage have one end each.
     """
@@ -125,7 +125,7 @@ def _torque(system: System, n: int, phi: float, rate: float, branch: Branch, loa
 
 @compiled_once
 def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
-    """Return how far [rad] the twist of coupling n is beyond the ends of its stage; negative within."""
+    """Return the distance [rad] of coupling n's twist beyond the ends of its stage; negative within."""
     phi, _ = twist(system, n, t, y)
     _, _, beyond = _stage(system, n, phi, branch.modes[system.records[KIND][n].mode])
     return beyond
@@ -217,7 +217,7 @@ def _curvature(system: System, n: int, t: float, y: Floats, branch: Branch) -> f
 def stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what coupling n does at (t, y) within its play, and for how long [s] it surely stays there."""
+    """Return the state of coupling n at (t, y) within its play, and a time [s] for which it provably stays there."""
     coupling = system.records[KIND][n]
     half = coupling.half_play
     phi, rate = twist(system, n, t, y)
@@ -294,7 +294,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
 
 @compiled_inline
 def _changes(system: System, n: int, z: Floats) -> tuple[float, float]:
-    """Return what a change z of the state changes in the twist [rad] and in its rate [rad/s]."""
+    """Return the change of the twist [rad] and of its rate [rad/s] by a change z of the state."""
     coupling = system.records[KIND][n]
     a, b, ratio = coupling.a, coupling.b, coupling.ratio
     spin = z[omega_of(system, a)] - ratio * z[omega_of(system, b)]
@@ -303,7 +303,7 @@ def _changes(system: System, n: int, z: Floats) -> tuple[float, float]:
 
 @compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return what a change z changes in the penetration of switch s [rad] and in its rate [rad/s], and that rate."""
+    """Return the change by z of the penetration of switch s [rad] and of its rate [rad/s], and that rate."""
     phi, rate = _changes(system, n, z)
     sign = 1.0 if s < PER_CONTACT else -1.0
     return sign * phi, sign * rate, sign * row[TWIST_RATE]
@@ -313,7 +313,7 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in coupling n's torque."""
+    """Add the change of coupling n's torque by a change z of the state to ``force`` [rotor, (N, N, N m)]."""
     coupling = system.records[KIND][n]
     phi, rate = _changes(system, n, z)
     torque = row[BY_TWIST] * phi + row[BY_RATE] * rate
@@ -330,7 +330,7 @@ def add_change(
 def _power_loss(
     system: System, n: int, phi: float, rate: float, torque: float, y: Floats, branch: Branch
 ) -> float:
-    """Return the power [W] that coupling n loses: what its torque and force take beyond what its springs store."""
+    """Return the power [W] that coupling n dissipates: that of its torque and force less the rate of its stored energy."""
     coupling = system.records[KIND][n]
     a, b = coupling.a, coupling.b
     elastic = 0.0

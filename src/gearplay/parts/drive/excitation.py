@@ -141,7 +141,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in excitation n's torque."""
+    """Add the change of excitation n's torque by a change z of the state to ``force`` [rotor, (N, N, N m)]."""
     rotor = system.records[KIND][n].rotor
     force[rotor, 2] += row[0] * z[theta_of(rotor)]
 

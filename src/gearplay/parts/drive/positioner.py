@@ -166,7 +166,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
 
 @compiled_inline
 def _wanted_change(system: System, n: int, z: Floats) -> float:
-    """Return what a change z of the state changes in the torque without its limit [N m]."""
+    """Return the change of the unlimited torque [N m] by a change z of the state."""
     each = system.records[KIND][n]
     return each.sense * (
         each.integral_gain * z[each.state]
@@ -179,7 +179,7 @@ def _wanted_change(system: System, n: int, z: Floats) -> float:
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` and ``dz`` what a change z of the state changes in servo n's torque and in its states' rates."""
+    """Add the changes of servo n's torque and of its states' rates by a change z of the state to ``force`` and ``dz``."""
     each = system.records[KIND][n]
     if each.sample_time > 0.0:
         force[each.rotor, 2] += z[each.state + 1]

@@ -116,7 +116,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` and ``dz`` what a change z of the state changes in servo n's torque and in its integral's rate."""
+    """Add the changes of servo n's torque and of its integral's rate by a change z of the state to ``force`` and ``dz``."""
     servo = system.records[KIND][n]
     spin = z[omega_of(system, servo.rotor)]
     wanted = -servo.gain * spin + servo.integral_gain * z[servo.state]

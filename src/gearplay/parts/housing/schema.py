@@ -15,7 +15,7 @@ from gearplay.kernels import housing_motion
 from gearplay.schema.fields import ByKind, Listed, Measure, Part, Problem, refuse
 from gearplay.schema.records import cubic_pieces
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 Amplitude = Annotated[float, Measure(q.ACCELERATION, "amplitude (half peak to peak) of the acceleration")]
@@ -140,7 +140,7 @@ class SpectralDensity(Part):
         if not math.ceil(FINE * highest * span) <= MOST_STEPS:
             rule = "must be at most 4 000 000 steps of a record long, 16 in a period of the highest frequency"
             cure = "Shorten the run, or end the density at a lower frequency"
-            raise InputError(Fault(DENSITY, "its record", rule, cure))
+            raise InputError.of(DENSITY, "its record", rule, cure)
         count = max(math.ceil(FINE * highest * span), 2 * FINE)
         frequencies = np.arange(count // 2 + 1) / span
         own = self.per_member and member.number > 0

@@ -288,5 +288,5 @@ def mesh_geometry(system: System, n: int, t: float, y: Floats, memory: Floats, o
 
 @compiled_once
 def gaps_at(system: System, n: int, t: float, y: Floats, memory: Rows, out: Floats) -> int:
-    """Do what `mesh_gaps` does, for Python."""
+    """Evaluate `mesh_gaps`, as a function of the library for Python."""
     return mesh_gaps(system, n, t, y, memory, out)

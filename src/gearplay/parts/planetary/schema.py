@@ -152,7 +152,7 @@ class Planetary(Part):
                     yield Problem((field, k, "planet"), "must not be named twice", "Remove one of the two")
 
     def _misfits(self) -> Iterator[Problem]:
-        """Find what cannot be assembled: centre distances, spacing, planets that touch."""
+        """Check assembly: centre distances, spacing, contact of planets."""
         z_s, z_p, z_r = self.sun.teeth, self.planets.teeth, self.ring.teeth
         if self._is_drawn:
             problem = self._distance_problem()

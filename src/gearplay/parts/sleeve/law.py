@@ -15,7 +15,7 @@ from gearplay.kernels.advancement import (
     rotor_bounds,
 )
 from gearplay.kernels.arrays import Floats, Rows
-from gearplay.kernels.carrier_motion import carried
+from gearplay.kernels.carrier_motion import add_pair, seat_motion, seat_motion_change
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import (
@@ -34,15 +34,10 @@ from gearplay.kernels.layout import (
     omega_of,
     spin_of,
     theta_of,
-    turn_of,
-    vx_of,
-    vy_of,
-    x_of,
-    y_of,
 )
 from gearplay.kernels.sample_block import place_rotor
 from gearplay.kernels.smooth_sign import smooth_sign, smooth_sign_slope
-from gearplay.parts.mount import Mount
+from gearplay.parts.mount import Mount, seats
 from gearplay.parts.sleeve.force import KIND, RECORD, SIGNALS, sleeve_force, sleeve_force_slopes
 from gearplay.parts.sleeve.line import DEEPEST, LINE_JOHNSON
 
@@ -67,16 +62,7 @@ def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[flo
 
 def mounts(records: Any) -> list[Mount]:
     """Return the mounting of the journals."""
-    return [
-        Mount(
-            int(each["journal"]),
-            int(each["bush"]),
-            (float(each["offset_x"] - each["misplaced_x"]), float(each["offset_y"] - each["misplaced_y"])),
-            (float(each["misplaced_x"]), float(each["misplaced_y"])),
-            isotropic=True,
-        )
-        for each in records
-    ]
+    return seats(records, "journal", "bush")
 
 
 @compiled_inline
@@ -87,19 +73,7 @@ def sleeve_geometry(system: System, n: int, t: float, y: Floats, out: Floats) ->
     """
     sleeve = system.records[KIND][n]
     j = sleeve.journal
-    e_x, e_y = y[x_of(j)] - sleeve.misplaced_x, y[y_of(j)] - sleeve.misplaced_y
-    v_x, v_y = y[vx_of(system, j)], y[vy_of(system, j)]
-    arm_x, arm_y, bush_spin = 0.0, 0.0, 0.0
-    if sleeve.bush >= 0:
-        i = sleeve.bush
-        turn = turn_of(system, i, t, y)
-        bush_spin = spin_of(system, i, y)
-        shift_x, shift_y, _, _ = carried(turn, sleeve.offset_x, sleeve.offset_y, out)
-        arm_x, arm_y = sleeve.offset_x + shift_x, sleeve.offset_y + shift_y
-        e_x -= y[x_of(i)] + shift_x
-        e_y -= y[y_of(i)] + shift_y
-        v_x -= y[vx_of(system, i)] - bush_spin * arm_y
-        v_y -= y[vy_of(system, i)] + bush_spin * arm_x
+    e_x, e_y, v_x, v_y, arm_x, arm_y, _, bush_spin = seat_motion(system, sleeve, j, sleeve.bush, t, y, out)
     length = math.sqrt(e_x * e_x + e_y * e_y)
     u_x, u_y = (e_x / length, e_y / length) if length > 0.0 else (1.0, 0.0)
     out[DELTA] = length - sleeve.clearance
@@ -119,7 +93,7 @@ def sleeve_geometry(system: System, n: int, t: float, y: Floats, out: Floats) ->
 
 @compiled_inline
 def _press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
-    """Do what `contact_kinematics` does; return the tangential force [N] on the journal."""
+    """Fill sleeve n's row of the contact table as `contact_kinematics`; return the tangential force [N] on the journal."""
     contacts, out = loads.contacts, loads.out
     sleeve = system.records[KIND][n]
     k = sleeve.contact
@@ -170,15 +144,10 @@ def apply_forces(
     if branch.modes[k] != LOADED and sleeve.damping == 0.0:
         return beyond_law(system, n, loads)
     f_x, f_y = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
-    j = sleeve.journal
-    force[j, 0] += f_x
-    force[j, 1] += f_y
-    force[j, 2] += sleeve.shaft_radius * tangential
-    if sleeve.bush >= 0:
-        b = sleeve.bush
-        force[b, 0] -= f_x
-        force[b, 1] -= f_y
-        force[b, 2] -= out[ARM_X] * f_y - out[ARM_Y] * f_x
+    b = sleeve.bush
+    reaction = -(out[ARM_X] * f_y - out[ARM_Y] * f_x)
+    add_pair(force, sleeve.journal, b, f_x, f_y, sleeve.shaft_radius * tangential, reaction)
+    if b >= 0:
         force[b, 2] -= (sleeve.shaft_radius + sleeve.clearance) * tangential
     return beyond_law(system, n, loads)
 
@@ -187,7 +156,7 @@ def apply_forces(
 def stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what sleeve n's gap does at (t, y), and for how long [s] it surely stays open (at most ``longest``).
+    """Return the state of sleeve n's gap at (t, y), and a time [s], at most ``longest``, for which it provably stays open.
 
     Works on q = |e|^2 - c^2 with q'' <= 2 (v^2 + c a): smooth through the centre, and without forces exact.
     """
@@ -254,27 +223,12 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
     return 0
 
 
-@compiled_inline
-def _motion_change(sleeve: Any, system: System, row: Floats, z: Floats) -> tuple[float, float, float, float]:
-    """Return what a change z of the state changes in the journal's displacement [m] and velocity [m/s] in the bush."""
-    j = sleeve.journal
-    e_x, e_y, v_x, v_y = z[x_of(j)], z[y_of(j)], z[vx_of(system, j)], z[vy_of(system, j)]
-    if sleeve.bush >= 0:
-        b = sleeve.bush
-        turn, spin = z[theta_of(b)], z[omega_of(system, b)]
-        arm_x, arm_y = row[S_ARM_X], row[S_ARM_Y]
-        e_x -= z[x_of(b)] - arm_y * turn
-        e_y -= z[y_of(b)] + arm_x * turn
-        v_x -= z[vx_of(system, b)] - arm_y * spin - row[SPIN] * arm_x * turn
-        v_y -= z[vy_of(system, b)] + arm_x * spin - row[SPIN] * arm_y * turn
-    return e_x, e_y, v_x, v_y
-
-
 @compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return what a change z changes in sleeve n's penetration [m] and its rate [m/s], and that rate."""
+    """Return the change by z of sleeve n's penetration [m] and of its rate [m/s], and that rate."""
     sleeve = system.records[KIND][n]
-    e_x, e_y, v_x, v_y = _motion_change(sleeve, system, row, z)
+    arm_x, arm_y = row[S_ARM_X], row[S_ARM_Y]
+    e_x, e_y, v_x, v_y = seat_motion_change(system, sleeve.journal, sleeve.bush, z, arm_x, arm_y, row[SPIN])
     u_x, u_y = row[S_U_X], row[S_U_Y]
     turn = (-e_x * u_y + e_y * u_x) * row[INV_L]  # of the direction u [rad]
     return e_x * u_x + e_y * u_y, v_x * u_x + v_y * u_y + row[V_N] * turn, row[V_U]
@@ -284,14 +238,15 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of state and stored speeds changes in sleeve n's forces."""
+    """Add the change of sleeve n's forces by a change z of state and stored speeds to ``force`` [rotor, (N, N, N m)]."""
     sleeve = system.records[KIND][n]
     k = sleeve.contact
     loaded = branch.modes[k] == LOADED
     if not loaded and sleeve.damping == 0.0:
         return
-    e_x, e_y, v_x, v_y = _motion_change(sleeve, system, row, z)
     j, b, R = sleeve.journal, sleeve.bush, sleeve.shaft_radius
+    arm_x, arm_y = row[S_ARM_X], row[S_ARM_Y]
+    e_x, e_y, v_x, v_y = seat_motion_change(system, j, b, z, arm_x, arm_y, row[SPIN])
     f_x, f_y, pull = 0.0, 0.0, 0.0
     if loaded:
         u_x, u_y = row[S_U_X], row[S_U_Y]
@@ -311,15 +266,11 @@ def add_change(
     if sleeve.damping > 0.0:
         f_x -= sleeve.damping * v_x
         f_y -= sleeve.damping * v_y
-    force[j, 0] += f_x
-    force[j, 1] += f_y
-    force[j, 2] += R * pull
+    reaction = 0.0
     if b >= 0:
-        turn = z[theta_of(b)]
-        arm_x, arm_y = row[S_ARM_X], row[S_ARM_Y]
-        force[b, 0] -= f_x
-        force[b, 1] -= f_y
-        force[b, 2] -= arm_x * f_y - arm_y * f_x - turn * (arm_y * row[F_Y] + arm_x * row[F_X])
+        reaction = -(arm_x * f_y - arm_y * f_x - z[theta_of(b)] * (arm_y * row[F_Y] + arm_x * row[F_X]))
+    add_pair(force, j, b, f_x, f_y, R * pull, reaction)
+    if b >= 0:
         force[b, 2] -= (R + sleeve.clearance) * pull
 
 
@@ -348,7 +299,7 @@ def may_return(
 
 @compiled_inline
 def _power_loss(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
-    """Return the power [W] lost in sleeve n: what its forces take from the rotors beyond what its springs store."""
+    """Return the power [W] dissipated in sleeve n: that of its forces less the rate of its stored energy."""
     sleeve = system.records[KIND][n]
     tangential, out, k = _press(system, n, t, y, branch, loads), loads.out, sleeve.contact
     lost = sleeve.damping * (out[V_X] * out[V_X] + out[V_Y] * out[V_Y])

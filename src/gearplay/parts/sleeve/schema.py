@@ -21,7 +21,7 @@ from gearplay.schema.fields import (
 )
 from gearplay.schema.finding import Finding
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 TYPICAL_DEPTH = 1e-6
 """Penetration [m] at which a contact's angular frequency is estimated."""
@@ -177,14 +177,6 @@ class Sleeve(Holder):
         """Return the radial clearance [m]."""
         return self.radial_clearance
 
-    def dissipates_by_friction(self) -> bool:
-        """Return whether it has a coefficient of friction."""
-        return self.friction_coefficient > 0.0
-
-    def stores_impact_speeds(self) -> bool:
-        """Return whether its law has a restitution below 1."""
-        return self.restitution < 1.0
-
     def contact_stiffness(self) -> float:
         """Return the contact stiffness [N/m^exponent], as given or from radius and materials by (9)."""
         if self.stiffness is not None:
@@ -244,13 +236,13 @@ class Sleeve(Holder):
             return self
         if self.shaft_radius is None:
             rule = "is required at a temperature other than the reference temperature, where it changes the clearance"
-            raise InputError(Fault(f"{path}.shaft_radius", NO_VALUE, rule, "Give the radius of the journal"))
+            raise InputError.of(f"{path}.shaft_radius", NO_VALUE, rule, "Give the radius of the journal")
         clearance = (self.shaft_radius + self.radial_clearance) * bush - self.shaft_radius * journal
         if clearance < 0.0:
             rule = f"is {1e6 * clearance:.4g} um at temperature: the journal no longer fits its bush"
             cure = "Raise it, or choose materials that expand alike"
-            raise InputError(
-                Fault(f"{path}.radial_clearance", f"{1e6 * self.radial_clearance:.4g} um", rule, cure)
+            raise InputError.of(
+                f"{path}.radial_clearance", f"{1e6 * self.radial_clearance:.4g} um", rule, cure
             )
         grown = {"radial_clearance": clearance, "shaft_radius": self.shaft_radius * journal}
         return self.model_copy(update=grown)

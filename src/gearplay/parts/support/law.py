@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gearplay.kernels.arrays import Floats, Rows
-from gearplay.kernels.carrier_motion import carried
+from gearplay.kernels.carrier_motion import add_pair, carried
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import (
@@ -156,13 +156,8 @@ def apply_forces(
     support = system.records[KIND][n]
     load_support(system, n, t, y, out)
     j, b = support.journal, support.carrier
-    force[j, 0] += out[F_X]
-    force[j, 1] += out[F_Y]
-    force[j, 2] += out[TORQUE]
-    if b >= 0:
-        force[b, 0] -= out[F_X]
-        force[b, 1] -= out[F_Y]
-        force[b, 2] -= out[TORQUE] + out[ARM_X] * out[F_Y] - out[ARM_Y] * out[F_X]
+    reaction = -(out[TORQUE] + out[ARM_X] * out[F_Y] - out[ARM_Y] * out[F_X])
+    add_pair(force, j, b, out[F_X], out[F_Y], out[TORQUE], reaction)
     return 0
 
 
@@ -179,7 +174,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in support n's force and torque."""
+    """Add the change of support n's force and torque by a change z of the state to ``force`` [rotor, (N, N, N m)]."""
     support = system.records[KIND][n]
     j, b = support.journal, support.carrier
     away_x, away_y, v_x, v_y = z[x_of(j)], z[y_of(j)], z[vx_of(system, j)], z[vy_of(system, j)]
@@ -207,13 +202,8 @@ def add_change(
     f_x = cosine * f - sine * g - base_turn * row[F_Y]
     f_y = sine * f + cosine * g + base_turn * row[F_X]
     torque = -support.torsional_stiffness * turn - support.torsional_damping * spin
-    force[j, 0] += f_x
-    force[j, 1] += f_y
-    force[j, 2] += torque
-    if b >= 0:
-        force[b, 0] -= f_x
-        force[b, 1] -= f_y
-        force[b, 2] -= torque + arm_x * f_y - arm_y * f_x + away_x * row[F_Y] - away_y * row[F_X]
+    reaction = -(torque + arm_x * f_y - arm_y * f_x + away_x * row[F_Y] - away_y * row[F_X])
+    add_pair(force, j, b, f_x, f_y, torque, reaction)
 
 
 @compiled_once

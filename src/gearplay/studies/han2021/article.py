@@ -177,13 +177,13 @@ def radial_error(model: str) -> float:
     return math.sqrt(float(np.mean(errors**2)))
 
 
-def error_of_readings(seed: int = 0, draws: int = 20_000) -> tuple[float, float]:
+def error_of_readings() -> tuple[float, float]:
     """Return the 5 and 95 % quantiles of the mean error [%] of f_r that reading errors alone would give.
 
     Six true frequencies, the test's, are read twice with independent normal errors of the rms of f_m's readings.
     """
     test = printed("test", FREQUENCY)[:, 0]
-    twice = np.random.default_rng(seed).normal(0.0, reading_scatter(1), (draws, 2, test.size))
+    twice = np.random.default_rng(0).normal(0.0, reading_scatter(1), (20_000, 2, test.size))
     first, second = test + twice[:, 0], test + twice[:, 1]
     errors = np.mean(np.abs(second / np.maximum(first, 0.1) - 1.0), axis=1)
     low, high = np.percentile(errors, [5.0, 95.0])

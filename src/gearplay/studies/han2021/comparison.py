@@ -148,8 +148,8 @@ def table_rows(models: Models, *, calibrated: bool) -> list[dict[str, Any]]:
     return found
 
 
-def holm(p_values: Sequence[float], level: float = 0.05) -> list[bool]:
-    """Return which tests are significant after Holm's correction, Scand. J. Stat. 6 (1979) 65; NaN is no test and never is.
+def holm(p_values: Sequence[float]) -> list[bool]:
+    """Return which tests are significant at 5 % after Holm's correction, Scand. J. Stat. 6 (1979) 65; NaN never is.
 
     >>> holm([0.04, 0.001, math.nan, 0.02])
     [True, True, False, True]
@@ -158,7 +158,7 @@ def holm(p_values: Sequence[float], level: float = 0.05) -> list[bool]:
     """
     p = np.asarray(p_values, dtype=np.float64)
     order = np.argsort(p)[: np.count_nonzero(~np.isnan(p))]
-    passed = np.logical_and.accumulate(p[order] <= level / np.arange(order.size, 0, -1))
+    passed = np.logical_and.accumulate(p[order] <= 0.05 / np.arange(order.size, 0, -1))
     found = np.zeros(p.size, dtype=bool)
     found[order] = passed
     return list(map(bool, found))
@@ -199,12 +199,12 @@ def line_differences(models: Models) -> list[LineDifference]:
     return [each._replace(significant=mark) for each, mark in zip(found, marks, strict=True)]
 
 
-def amplitude_difference(models: Models, seed: int = 0) -> tuple[float, float, float, float]:
+def amplitude_difference(models: Models) -> tuple[float, float, float, float]:
     """Return the mean log errors [decades] of both models' 18 amplitudes, each with its own factor, and their difference's ends.
 
     The 95 % interval comes from resampling members with replacement; it holds the ensemble's size, not other parameters.
     """
-    generator, test = np.random.default_rng(seed), printed("test", AMPLITUDE).ravel()
+    generator, test = np.random.default_rng(0), printed("test", AMPLITUDE).ravel()
 
     def resampled(model: ModelResult) -> Floats:
         found = []

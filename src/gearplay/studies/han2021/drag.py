@@ -9,6 +9,9 @@ import numpy as np
 from gearplay.studies.han2021.article import FREQUENCY, printed
 from gearplay.studies.han2021.simulation import Settings, Work, base_case, run_study
 
+TRIALS = 5
+"""Number of steps of the fit."""
+
 
 class DragTrial(NamedTuple):
     """One step of the fit: drag [N m s/rad], the six ratios f_r simulated / measured, mean of |ratio - 1|."""
@@ -18,7 +21,7 @@ class DragTrial(NamedTuple):
     mean_error: float
 
 
-def fit_drag(settings: Settings, work: Work, trials: int = 5) -> list[DragTrial]:
+def fit_drag(settings: Settings, work: Work) -> list[DragTrial]:
     """Fit the ring's drag to the six measured radial frequencies with the coupled model; best trial first.
 
     f_r of the swing is proportional to sqrt(drag) (docs/theory), so each trial scales the drag by the squared geometric mean of
@@ -26,10 +29,10 @@ def fit_drag(settings: Settings, work: Work, trials: int = 5) -> list[DragTrial]
     """
     drag = base_case(settings.variants[0], settings).rotors["ring"].load.drag
     done = []
-    for trial in range(trials):
+    for trial in range(TRIALS):
 
         def report(label: str, part: float, total: float, trial: int = trial) -> None:
-            work.progress(f"drag trial {trial + 1}: {label}", trial * total + part, trials * total)
+            work.progress(f"drag trial {trial + 1}: {label}", trial * total + part, TRIALS * total)
 
         tried = Settings(**{**asdict(settings), "drag": drag, "history": 0.01})
         results = run_study(tried, Work(report, work.stop), names=("coupled",))

@@ -60,9 +60,9 @@ def legend(figure: Figure, handles: Mapping[str, Line2D], columns: int = 5) -> N
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns, frameon=False)
 
 
-def ticks(condition: article.Condition, separator: str = "\n") -> str:
+def ticks(condition: article.Condition) -> str:
     """Return a condition's name for an axis: speed, clearances."""
-    return f"{condition.speed_rpm:g} rpm{separator}{article.shown(condition.clearances)}"
+    return f"{condition.speed_rpm:g} rpm\n{article.shown(condition.clearances)}"
 
 
 @as_png(7.6, 4.8, 1, 3, sharey=True)

@@ -46,7 +46,7 @@ class PointResult(NamedTuple):
 
     @classmethod
     def from_part(cls, part: dict[str, Any]) -> "PointResult":
-        """Return it from its JSON-able form."""
+        """Return a point's result from its JSON-able form."""
         tables = {name: np.array(part[name]) for name in ("ensemble", "single")}
         return cls(**{**part, **tables, "wedged": tuple(part["wedged"])})
 
@@ -124,11 +124,9 @@ def pattern_shares(results: Sequence[PointResult]) -> list[dict[str, Any]]:
     return table
 
 
-def share_of(
-    table: Sequence[dict[str, Any]], pattern: str, model: str, measure: str = OVERALL
-) -> dict[str, Any]:
-    """Return the row of one pattern, model and measure."""
-    return next(r for r in table if (r["pattern"], r["model"], r["measure"]) == (pattern, model, measure))
+def share_of(table: Sequence[dict[str, Any]], pattern: str, model: str) -> dict[str, Any]:
+    """Return the row of one pattern and model by the overall measure."""
+    return next(r for r in table if (r["pattern"], r["model"], r["measure"]) == (pattern, model, OVERALL))
 
 
 def coupling_ratios(results: Sequence[PointResult]) -> list[dict[str, Any]]:

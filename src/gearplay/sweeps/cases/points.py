@@ -56,8 +56,8 @@ class Points:
     def at(self, index: int) -> tuple[dict[str, Any], int]:
         """Return the varied values by name, and the member, of point ``index``; a carried one has its ``direction`` too.
 
-        A drawn point has members of its own: were their initial states shared by all points, what these few starts have in
-        common would pass for a property of the mechanism.
+        A drawn point has members of its own: were their initial states shared by all points, the common part of these few starts
+        would appear as a property of the mechanism.
         """
         place = [int(i) for i in np.unravel_index(index, self.shape)] if self.shape else []
         number = len(self.axes)

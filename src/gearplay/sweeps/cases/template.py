@@ -144,7 +144,7 @@ class Template:
 
 
 def _number_at(case: Case, path: str) -> float:
-    """Return the number that factors multiply; `InputError` where there is none."""
+    """Return the number that factors multiply; `InputError` if the field has none."""
     value = value_at(case, path)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         rule = "must be a number in the case, to be multiplied"

@@ -4,11 +4,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pydantic import ValidationError
-
 from gearplay.files.plan_files import Source, plan_document
 from gearplay.model.case import Case
-from gearplay.model.wording import translate
+from gearplay.model.wording import validated
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
@@ -29,10 +27,7 @@ def load_sweep(source: Source) -> SweepPlan:
         raise InputError(
             Fault("plan", NO_VALUE, rule, "Name the case in a plan: case = ...; see docs/sweeps")
         )
-    try:
-        return SweepPlan.model_validate(document)
-    except ValidationError as error:
-        raise InputError(translate(error, document, SweepPlan)) from None
+    return validated(SweepPlan, document)
 
 
 def make_plan(

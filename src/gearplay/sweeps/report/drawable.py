@@ -42,7 +42,7 @@ class Along:
     offset: float = 0.0
 
     def shown(self, value: Any) -> Any:
-        """Return values in SI, or factors, as they are shown."""
+        """Return values in SI, or factors, in display units."""
         return self.factor * value + self.offset
 
     def raw(self, shown: Any) -> Any:

@@ -243,7 +243,7 @@ _LEVELS: dict[str, Callable[[Floats], float]] = {
 
 
 class _Record:
-    """What several reductions of one run take from it: signals and their spectra and statistics, each made once."""
+    """Signals of one run with their spectra and statistics, each computed once for all reductions."""
 
     def __init__(self, case: Case, run: Trajectory) -> None:
         self.case, self.run = case, run

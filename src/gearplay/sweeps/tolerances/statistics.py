@@ -309,7 +309,7 @@ def statistics_of(
 def cuts_of(
     names: Sequence[str], drawn: Floats, values: Floats, limit: float, confidence: float = 0.95
 ) -> tuple[Cut, ...]:
-    """Return for each parameter the better of its two cuts, that which helps most first; empty where nothing exceeds.
+    """Return the better of both cuts of each parameter, sorted by their gain; empty if no case exceeds the limit.
 
     The end is chosen by the same sample, so a small gain may be luck: compare the intervals.
     """

@@ -9,6 +9,7 @@ from typing import Any
 
 from gearplay.kernels.advancement import PASSES, RESOLUTION, STAYS_OPEN, TOUCHES, open_span, rotor_bounds
 from gearplay.kernels.arrays import Floats, Rows
+from gearplay.kernels.carrier_motion import add_pair
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import (
@@ -54,7 +55,7 @@ from gearplay.parts.bearing.law.record import (
     place_element,
     place_seat,
 )
-from gearplay.parts.mount import Mount
+from gearplay.parts.mount import Mount, seats
 from gearplay.parts.sleeve.force import signed_power
 
 
@@ -73,16 +74,7 @@ def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[flo
 
 def mounts(records: Any) -> list[Mount]:
     """Return the mounting of the rotors; the elements, which have no direction of their own, are listed by `recurrence_rates`."""
-    return [
-        Mount(
-            int(each["rotor"]),
-            int(each["carrier"]),
-            (float(each["offset_x"] - each["misplaced_x"]), float(each["offset_y"] - each["misplaced_y"])),
-            (float(each["misplaced_x"]), float(each["misplaced_y"])),
-            isotropic=True,
-        )
-        for each in records
-    ]
+    return seats(records, "rotor", "carrier")
 
 
 @compiled_inline
@@ -137,16 +129,9 @@ def apply_forces(
 ) -> int:
     """Add bearing n's forces to the sums on its rotors, its rows of the contact table filled; return 0."""
     press(system, n, t, y, branch, loads)
-    out, force = loads.out, loads.rotors
-    bearing = system.records[KIND][n]
-    i, b = bearing.rotor, bearing.carrier
-    force[i, 0] += out[F_X]
-    force[i, 1] += out[F_Y]
-    force[i, 2] += out[TORQUE_A]
-    if b >= 0:
-        force[b, 0] -= out[F_X]
-        force[b, 1] -= out[F_Y]
-        force[b, 2] += out[TORQUE_B] - out[ARM_X] * out[F_Y] + out[ARM_Y] * out[F_X]
+    out, bearing = loads.out, system.records[KIND][n]
+    reaction = out[TORQUE_B] - out[ARM_X] * out[F_Y] + out[ARM_Y] * out[F_X]
+    add_pair(loads.rotors, bearing.rotor, bearing.carrier, out[F_X], out[F_Y], out[TORQUE_A], reaction)
     return 0
 
 
@@ -154,7 +139,7 @@ def apply_forces(
 def stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what the gaps of bearing n do at (t, y), and for how long [s] all surely stay open (at most ``longest``).
+    """Return the state of bearing n's gaps at (t, y), and a time [s], at most ``longest``, for which all provably stay open.
 
     With delta = e.u(phi) - c + w,  delta'' = e''.u + 2 e'.u_phi phi' + e.u_phi phi'' - e.u phi'^2 + w'': each factor is bounded
     over the time considered by its value now and the bounds of the accelerations.

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from gearplay.kernels.arrays import Floats
-from gearplay.kernels.carrier_motion import carried
+from gearplay.kernels.carrier_motion import seat_motion
 from gearplay.kernels.compiled import compiled_inline
-from gearplay.kernels.layout import PLACES, Signal, System, spin_of, turn_of, vx_of, vy_of, x_of, y_of
+from gearplay.kernels.layout import PLACES, Signal, System, spin_of, turn_of
 
 KIND = 8
 PER_CONTACT = 2  # switches: touch, pull
@@ -73,17 +73,7 @@ def place_seat(system: System, n: int, t: float, y: Floats, out: Floats) -> None
     """
     bearing = system.records[KIND][n]
     i, b = bearing.rotor, bearing.carrier
-    e_x, e_y = y[x_of(i)] - bearing.misplaced_x, y[y_of(i)] - bearing.misplaced_y
-    v_x, v_y = y[vx_of(system, i)], y[vy_of(system, i)]
-    arm_x, arm_y, turn_b, spin_b = 0.0, 0.0, 0.0, 0.0
-    if b >= 0:
-        turn_b, spin_b = turn_of(system, b, t, y), spin_of(system, b, y)
-        shift_x, shift_y, _, _ = carried(turn_b, bearing.offset_x, bearing.offset_y, out)
-        arm_x, arm_y = bearing.offset_x + shift_x, bearing.offset_y + shift_y
-        e_x -= y[x_of(b)] + shift_x
-        e_y -= y[y_of(b)] + shift_y
-        v_x -= y[vx_of(system, b)] - spin_b * arm_y
-        v_y -= y[vy_of(system, b)] + spin_b * arm_x
+    e_x, e_y, v_x, v_y, arm_x, arm_y, turn_b, spin_b = seat_motion(system, bearing, i, b, t, y, out)
     turn_a, spin_a = turn_of(system, i, t, y), spin_of(system, i, y)
     out[E_X], out[E_Y], out[V_X], out[V_Y] = e_x, e_y, v_x, v_y
     out[CAGE] = bearing.cage_phase + bearing.share_a * turn_a + bearing.share_b * turn_b

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from gearplay.kernels.arrays import Floats, Rows
+from gearplay.kernels.carrier_motion import add_pair, seat_motion_change
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import (
@@ -13,10 +14,6 @@ from gearplay.kernels.layout import (
     System,
     omega_of,
     theta_of,
-    vx_of,
-    vy_of,
-    x_of,
-    y_of,
 )
 from gearplay.parts.bearing.law.forces import press
 from gearplay.parts.bearing.law.record import (
@@ -135,23 +132,17 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
 def _motion_change(
     bearing: Any, system: System, row: Floats, z: Floats
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """Return what a change z of the state changes in the motion relative to the seat, in the order of the inputs of a slope."""
+    """Return the change by z of the motion relative to the seat, in the order of the inputs of a slope."""
     i, b = bearing.rotor, bearing.carrier
-    e_x, e_y, v_x, v_y = z[x_of(i)], z[y_of(i)], z[vx_of(system, i)], z[vy_of(system, i)]
-    turn, spin = 0.0, 0.0
-    if b >= 0:
-        turn, spin = z[theta_of(b)], z[omega_of(system, b)]
-        arm_x, arm_y, spin_b = row[KINEMATICS + ARM_X], row[KINEMATICS + ARM_Y], row[KINEMATICS + SPIN_B]
-        e_x -= z[x_of(b)] - arm_y * turn
-        e_y -= z[y_of(b)] + arm_x * turn
-        v_x -= z[vx_of(system, b)] - arm_y * spin - spin_b * arm_x * turn
-        v_y -= z[vy_of(system, b)] + arm_x * spin - spin_b * arm_y * turn
+    arm_x, arm_y, spin_b = row[KINEMATICS + ARM_X], row[KINEMATICS + ARM_Y], row[KINEMATICS + SPIN_B]
+    e_x, e_y, v_x, v_y = seat_motion_change(system, i, b, z, arm_x, arm_y, spin_b)
+    turn, spin = (z[theta_of(b)], z[omega_of(system, b)]) if b >= 0 else (0.0, 0.0)
     return e_x, e_y, v_x, v_y, z[theta_of(i)], turn, z[omega_of(system, i)], spin
 
 
 @compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return what a change z changes in the penetration of switch s of bearing n [m] and in its rate [m/s], and that rate."""
+    """Return the change by z of the penetration of switch s of bearing n [m] and of its rate [m/s], and that rate."""
     bearing, at = system.records[KIND][n], s // PER_CONTACT
     e_x, e_y, v_x, v_y, turn_a, turn_b, spin_a, spin_b = _motion_change(bearing, system, row, z)
     angle = row[KINEMATICS + CAGE] + at * (2.0 * math.pi / bearing.contacts)
@@ -184,7 +175,7 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in bearing n's forces."""
+    """Add the change of bearing n's forces by a change z of the state to ``force`` [rotor, (N, N, N m)]."""
     bearing = system.records[KIND][n]
     i, b = bearing.rotor, bearing.carrier
     change = _motion_change(bearing, system, row, z)
@@ -194,12 +185,7 @@ def add_change(
         f_y += row[INPUTS + c] * change[c]
         torque_a += row[2 * INPUTS + c] * change[c]
         torque_b += row[3 * INPUTS + c] * change[c]
-    force[i, 0] += f_x
-    force[i, 1] += f_y
-    force[i, 2] += torque_a
+    arm_x, arm_y = row[KINEMATICS + ARM_X], row[KINEMATICS + ARM_Y]
+    add_pair(force, i, b, f_x, f_y, torque_a, torque_b - arm_x * f_y + arm_y * f_x)
     if b >= 0:
-        arm_x, arm_y, turn = row[KINEMATICS + ARM_X], row[KINEMATICS + ARM_Y], z[theta_of(b)]
-        force[b, 0] -= f_x
-        force[b, 1] -= f_y
-        force[b, 2] += torque_b - arm_x * f_y + arm_y * f_x
-        force[b, 2] += turn * (arm_y * row[SLOPE_F_Y] + arm_x * row[SLOPE_F_X])
+        force[b, 2] += z[theta_of(b)] * (arm_y * row[SLOPE_F_Y] + arm_x * row[SLOPE_F_X])

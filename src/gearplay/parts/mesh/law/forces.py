@@ -144,7 +144,7 @@ def apply_forces(
 def stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what both gaps of mesh n do at (t, y), and for how long [s] they surely stay open (at most ``longest``).
+    """Return the state of both gaps of mesh n at (t, y), and a time [s], at most ``longest``, for which they provably stay open.
 
     The bound M adds roll, rotation of the line of centres, error of the teeth and opening of the flanks, each at its largest
     while the centre distance keeps to half its way to the ends of meshing.

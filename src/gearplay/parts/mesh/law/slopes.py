@@ -214,7 +214,7 @@ def _flank_change(
 
 @compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return what a change z changes in switch function s of mesh n and in its rate, and that rate."""
+    """Return the change by z of switch function s of mesh n and of its rate, and that rate."""
     mesh = system.records[KIND][n]
     if mesh.pairs > 0:
         d_x, d_y, v_x, v_y, psi, psi_rate = _mesh_changes(system, mesh, row, z)
@@ -231,7 +231,7 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
 def _lever_changes(
     system: System, mesh: Any, flank: int, row: Floats, turn_x: float, turn_y: float, z: Floats
 ) -> tuple[float, float]:
-    """Return what a change z of the state changes in the lever arms [m] of friction about both toothing centres.
+    """Return the change of the lever arms [m] of friction about both toothing centres by a change z of the state.
 
     The flank's direction changes by ``turn``.
     """
@@ -253,7 +253,7 @@ def _lever_changes(
 def _sliding_change(
     system: System, mesh: Any, flank: int, row: Floats, turn_x: float, turn_y: float, z: Floats
 ) -> float:
-    """Return what a change z of the state changes in a flank's sliding speed [m/s]; its direction changes by ``turn``."""
+    """Return the change of a flank's sliding speed [m/s] by a change z of the state; its direction changes by ``turn``."""
     at, rubbing = FLANK + FLANK_SLOPES * flank, RUBBING + COLUMNS * flank
     _, _, v_x, v_y, _, _ = _mesh_changes(system, mesh, row, z)
     dq_a, dq_b = _lever_changes(system, mesh, flank, row, turn_x, turn_y, z)
@@ -268,7 +268,7 @@ def _sliding_change(
 def add_friction_change(
     system: System, n: int, flank: int, row: Floats, turn_x: float, turn_y: float, grown: float, z: Floats, force: Rows
 ) -> None:  # fmt: skip
-    """Add to ``force`` what a change z of the state changes in the friction of a flank of mesh n.
+    """Add the change of the friction of a flank of mesh n by a change z of the state to ``force``.
 
     The flank's direction changes by ``turn``, its normal force by ``grown`` [N].
     """
@@ -298,7 +298,7 @@ def add_friction_change(
 def add_change(
     system: System, n: int, row: Floats, z: Floats, branch: Branch, force: Rows, dz: Floats
 ) -> None:
-    """Add to ``force`` [rotor, (N, N, N m)] what a change z of the state changes in mesh n's forces."""
+    """Add the change of mesh n's forces by a change z of the state to ``force`` [rotor, (N, N, N m)]."""
     mesh = system.records[KIND][n]
     if mesh.pairs > 0:
         d_x, d_y, v_x, v_y, psi, psi_rate = _mesh_changes(system, mesh, row, z)
