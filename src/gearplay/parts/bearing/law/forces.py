@@ -100,10 +100,10 @@ def mounts(records: Any) -> list[Mount]:
 @compiled_inline
 def is_loaded(bearing: Any, branch: Branch) -> bool:
     """Return whether an element of a bearing is in contact."""
+    loaded = False
     for k in range(bearing.contact, bearing.contact + bearing.contacts):
-        if branch.modes[k] != OPEN:
-            return True
-    return False
+        loaded = loaded or branch.modes[k] != OPEN
+    return bool(loaded)
 
 
 @compiled_inline
