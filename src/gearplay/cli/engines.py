@@ -25,6 +25,7 @@ def chosen_engine(
     tls: tuple[Path | None, Path | None, Path | None],
     shard: str | None,
 ) -> Any:
+    """Return the engine that the options name; `InputError` for options that do not fit together."""
     from gearplay.work.engine import Engine
 
     names = ("tls_ca_file", "tls_client_cert", "tls_client_key")

@@ -12,16 +12,16 @@ from gearplay.sweeps.plans.design import Random, Varied
 from gearplay.vocabulary.version import VERSION
 
 READ: Mapping[str, str] = {
-    "npy": 'x = np.stack([np.load(file)[0] for file in table["file"]])',
-    "hdf5": 'x = np.stack([gp.read_measurement(file).channels[0].values for file in table["file"]])',
-    "wav": 'x = np.stack([gp.read_measurement(file).channels[0].values for file in table["file"]])',
-    "mat": 'x = np.stack([gp.read_measurement(file).channels[0].values for file in table["file"]])',
+    "npy": 'x = np.stack([np.load(path)[0] for path in table["path"]])',
+    "hdf5": 'x = np.stack([gp.read_measurement(path).channels[0].values for path in table["path"]])',
+    "wav": 'x = np.stack([gp.read_measurement(path).channels[0].values for path in table["path"]])',
+    "mat": 'x = np.stack([gp.read_measurement(path).channels[0].values for path in table["path"]])',
 }
 """The line that reads the first channel of all records, shape [record, time], by format."""
 TABLE = 'table = np.genfromtxt("labels.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")'
 WORDS: Mapping[str, str] = {
     "record": "number of the record",
-    "file": "its file, empty where it failed",
+    "path": "its file, empty where it failed",
     "label": "class",
     "split": "train, validation or test; a group is in one of them",
     "group": "records that belong together: of one machine or one condition",

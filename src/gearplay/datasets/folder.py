@@ -114,7 +114,7 @@ def gather(made: Dataset, folder: Path) -> list[dict[str, Any]]:
     from gearplay.datasets.data_sheet import sheet_of
 
     with closing(StoredRows(folder, made.size)) as rows:
-        known = {address: found for address, found in rows.items_once()}
+        known = dict(rows.items_once())
     table = [_row(made, record, known.get(made.address_of(record))) for record in range(len(made.recipe))]
     for stale in (folder / RECORDS).glob("*/.*.part"):
         stale.unlink()
@@ -136,17 +136,17 @@ def _row(made: Dataset, record: int, found: tuple[int, str, bytes] | None) -> di
     file = record_path(made.plan, record) if status == 0 else ""
     return {
         "record": record,
-        "file": file,
+        "path": file,
         **labels,
         **dict(zip(names, numbers.tolist(), strict=True)),
         "status": status,
-        "reason": reason.replace(",", ";"),
+        "reason": reason.translate({ord(","): ";", ord("#"): None}),
     }
 
 
 def _as_csv(table: Sequence[Mapping[str, Any]], varied: Sequence[str]) -> str:
     """Return the table as text, empty where a class does not draw a parameter."""
-    first = ["record", "file", "label", "split", "group", "machine", "member", *varied]
+    first = ["record", "path", "label", "split", "group", "machine", "member", *varied]
     heads = [*first, *(name for name in table[0] if name not in {*first, *varied})]
     heads = [*(n for n in heads if n not in ("status", "reason")), "status", "reason"]
     text = io.StringIO()

@@ -14,7 +14,6 @@ from gearplay.results.outcomes import Account
 from gearplay.results.provenance import provenance
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
     from gearplay.datasets.evaluate import Dataset
@@ -31,7 +30,7 @@ class DatasetResult(OfDataset):
 
     @property
     def folder(self) -> str:
-        """Folder that the column ``file`` counts from."""
+        """Folder that the column ``path`` counts from."""
         return str(self.dataset.attrs["folder"])
 
     @property
