@@ -156,9 +156,12 @@ def test_a_lost_file_is_made_again(whole: Path, tmp_path: Path) -> None:
 def test_failed_records_are_rows(tmp_path: Path) -> None:
     plan = FEW | {"set": FEW["set"] | {"run.max_steps": 5}, "members": 1}
     made = gp.make_dataset(plan, tmp_path / "d")
-    assert made.account.failed == RECORDS // 2
-    assert made.ds["path"].values.tolist() == [""] * (RECORDS // 2)
-    assert "steps" in str(made.ds["reason"].values[0])
+    failed = made.ds["status"].values == 1
+    assert 0 < failed.sum() == made.account.failed < RECORDS // 2
+    assert [bool(path) for path in made.ds["path"].values] == (~failed).tolist()
+    assert all("steps" in str(reason) for reason in made.ds["reason"].values[failed])
+    assert [row["status"] for row in table(tmp_path / "d")] == [str(int(each)) for each in failed]
+    assert all(row["rms"] == "" for row, lost in zip(table(tmp_path / "d"), failed, strict=True) if lost)
     document = tmp_path / "failing.toml"
     document.write_text(write_toml(plan), encoding="utf-8")
     assert run(["dataset", str(document), "--out", str(tmp_path / "d")]) == 4
