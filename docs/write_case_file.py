@@ -198,7 +198,8 @@ def page() -> str:
         drawing = f"![{words}](figures/{file})\n\n" if file else ""
         parts.append(f'\n## `{heading}`\n\n<a id="{slug(title_of(own))}"></a>\n\n{drawing}{described(own)}')
     parts.append("\n## Tables inside tables\n")
-    waiting = [each for own in told for each in reference(SCHEMA["$defs"][own]["properties"])]
+    waiting = [each for name, field in top.items() if name not in PLACES for each in reference(field)]
+    waiting += [each for own in told for each in reference(SCHEMA["$defs"][own]["properties"])]
     while waiting:
         name = waiting.pop(0)
         if name not in told:

@@ -29,7 +29,7 @@ PAGES = [
 FENCE = re.compile(r"^(?P<fence>```+)(?P<kind>[a-z]*)\n(?P<text>.*?)^(?P=fence)$", re.DOTALL | re.MULTILINE)
 SHELL = {"", "sh", "console"}
 PROGRAMS = ("gearplay", "make", "python", "pip")
-LONG = {"study", "calibrate", "sweep", "resume", "motion", "modes"}
+LONG = {"study", "calibrate", "sweep", "dataset", "resume", "motion", "modes"}
 """Verbs that are left to the full depth, unless a command only asks how long it would take."""
 NEVER = {"serve"}
 """Ends by Ctrl-C only: the tests of the page start it."""
@@ -39,6 +39,7 @@ SHORTER: dict[str, tuple[str, ...]] = {
     "run": ("--set", "run.sampling=10kHz"),
     "bifurcation": ("--count", "8", "--settle", "50", "--keep", "20"),
     "measure": ("--duration", "4"),
+    "dataset": ("--set", "run.duration=20ms", "--set", "run.transient=0s"),
     "portrait": ("--settle", "50", "--keep", "100"),
 }
 LEFT_OUT = {"--claims"}

@@ -1,6 +1,7 @@
 from gearplay import signals as signals
 from gearplay.calibration.calibrate import calibrate as calibrate
 from gearplay.calibration.reading import load_plan as load_plan
+from gearplay.datasets.make_dataset import make_dataset as make_dataset
 from gearplay.diagnosis.diagnose import diagnose as diagnose
 from gearplay.files.measurements import read_measurement as read_measurement
 from gearplay.files.measurements import write_record as write_record

@@ -17,6 +17,7 @@ RESULTS: Final = MappingProxyType(
     {
         "run": "results.result:Result",
         "sweep": "sweeps.result:SweepResult",
+        "dataset": "datasets.result:DatasetResult",
         "calibration": "calibration.result:Calibration",
         "diagnosis": "diagnosis.result:Diagnosis",
         "bifurcation": "nonlinear.diagrams:Diagram",

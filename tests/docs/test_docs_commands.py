@@ -44,7 +44,7 @@ def test_a_command_of_the_docs_is_understood(command: Command) -> None:
         assert (ROOT / case).exists() or written_before(page, case), case
     plan = given_to.get("plan")
     if plan is not None:
-        bundled = KNOWN["calibration" if words[0] == "calibrate" else "sweep"]
+        bundled = KNOWN[{"calibrate": "calibration", "dataset": "dataset"}.get(words[0], "sweep")]
         assert plan in bundled or written_before(page, plan), plan
 
 

@@ -40,6 +40,22 @@ def bearing(rng: np.random.Generator, *, damped: bool, plain: bool) -> dict[str,
     return found | {"waviness": waves}
 
 
+def dent(rng: np.random.Generator, bearings: dict[str, Any], kind: str) -> dict[str, Any]:
+    """Return a random dent of one of the bearings, of any kind where none is given."""
+    name = str(rng.choice(list(bearings)))
+    kind = kind or str(rng.choice(["inner", "outer", "element"]))
+    count = bearings[name]["rolling_elements"]
+    widest = 0.8 * (math.pi if kind == "element" else 2.0 * math.pi / count)
+    found = {
+        "kind": kind,
+        "at": name,
+        "depth": float(rng.uniform(1e-6, 3e-5)),
+        "arc": float(rng.uniform(0.1, 1.0) * widest),
+        "angle": float(rng.uniform(-3.0, 3.0)),
+    }
+    return found | ({"element": int(rng.integers(0, count))} if kind == "element" else {})
+
+
 def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
     """Return a planet in a bearing on a carrier that is in a bearing itself."""
     damping = float(rng.choice([0.0, 20.0])) if damped else 0.0
@@ -49,16 +65,21 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
         else {}
     )
     weightless = plain or rng.random() < 0.5
+    bearings = {
+        "carrier": bearing(rng, damped=damped, plain=plain),
+        "planet": {**bearing(rng, damped=damped, plain=plain), "on": "carrier"},
+    }
     return {
         "gravity": [0.0, 0.0] if weightless else [float(rng.uniform(-9.0, 9.0)), -9.81],
         "rotors": {
             "carrier": {"mass": 1.0, "inertia": 2e-3, "position": [0.0, 0.0], **driven},
             "planet": {"mass": 0.4, "inertia": 1e-4, "position": [0.05, 0.02], "radial_damping": damping},
         },
-        "bearings": {
-            "carrier": bearing(rng, damped=damped, plain=plain),
-            "planet": {**bearing(rng, damped=damped, plain=plain), "on": "carrier"},
-        },
+        "bearings": bearings,
+        "faults": [
+            dent(rng, bearings, "outer" if plain and rng.random() < 0.5 else "")
+            for _ in range(int(rng.integers(0, 4)))
+        ],
         "run": {"duration": 0.01, "sampling": 1e4},
     }
 
@@ -68,7 +89,13 @@ def carried(document: Document, sign: float, angle: float) -> Document:
     phases = {
         name: {"cage_phase": sign * each["cage_phase"] + angle} for name, each in document["bearings"].items()
     }
-    return merged(document, {"bearings": phases})
+    faults = [
+        {**each, "angle": sign * each["angle"] + (0.0 if each["kind"] == "element" else angle)}
+        | ({"element": -each["element"] % count} if sign < 0.0 and "element" in each else {})
+        for each in document.get("faults", ())
+        for count in [document["bearings"][each["at"]]["rolling_elements"]]
+    ]
+    return merged(document, {"bearings": phases, "faults": faults})
 
 
 def potential(packed: Packed, y: Floats) -> float:
@@ -86,6 +113,7 @@ def potential(packed: Packed, y: Floats) -> float:
             angle = each.cage_phase + each.share_a * turn_a + each.share_b * turn_b
             angle += 2.0 * math.pi * k / int(each.contacts)
             depth = e[0] * math.cos(angle) + e[1] * math.sin(angle) - each.half_clearance
+            depth += dents(each, terms, k, angle, turn_a, turn_b)
             for first, count, turn in (
                 (each.waves_a, each.count_a, turn_a),
                 (each.waves_b, each.count_b, turn_b),
@@ -96,3 +124,19 @@ def potential(packed: Packed, y: Floats) -> float:
                     )
             total += each.stiffness / (each.exponent + 1.0) * max(depth, 0.0) ** (each.exponent + 1.0)
     return total
+
+
+def dents(each: Any, terms: Floats, k: int, angle: float, turn_a: float, turn_b: float) -> float:
+    """Return the height [m] of all dents at element k, by their angles on ring or element."""
+    height = 0.0
+    for rate, phase, arc, depth, place, _ in terms[each.dents : each.dents + 2 * each.dent_count].reshape(
+        -1, 6
+    ):
+        if place >= 0:
+            from_middle = math.remainder(rate * (turn_a - turn_b) + phase, math.pi) if k == place else math.pi
+        else:
+            ring = phase - each.cage_phase + angle - (turn_a if place == -1 else turn_b)
+            from_middle = math.remainder(ring, 2.0 * math.pi)
+        if abs(from_middle) < 0.5 * arc:
+            height -= depth * math.cos(math.pi * from_middle / arc)
+    return height

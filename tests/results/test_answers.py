@@ -1,6 +1,7 @@
 """Every verb's answer: numbers, words, a picture, a file, and the same object back from that file."""
 
 import io
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import pytest
 import xarray as xr
 
 import gearplay as gp
+from datasets.plans import FEW
 from gearplay.results.provenance import KIND
 from gearplay.sweeps.result import SweepResult
 from machine_records import bearing_record
@@ -46,6 +48,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "run": lambda: gp.simulate("han2021", duration=0.05, transient=0.0, sampling=2e4),
     "ensemble": lambda: gp.simulate("han2021", duration=0.05, transient=0.0, sampling=2e4, ensemble=3),
     "sweep": lambda: gp.sweep("han2021", {"rotors.ring.initial.vx": [0.1, 0.2, 0.3]}, set=SHORT, reduce=[RMS]),
+    "dataset": lambda: gp.make_dataset(FEW, tempfile.mkdtemp() + "/d"),
     "calibration": some_calibration,
     "bifurcation": lambda: gp.bifurcation(pair(), FORCE, [4e-6, 5e-6], ["wheel.theta"], settle=5, keep=3),
     "teeth": lambda: gp.teeth("han2021"),

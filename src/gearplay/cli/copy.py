@@ -14,17 +14,21 @@ PLACES: Final = {
     "case": ("gearplay.model", "cases"),
     "sweep": ("gearplay.sweeps", "plans"),
     "calibration": ("gearplay.calibration", "plans"),
+    "dataset": ("gearplay.datasets", "plans"),
 }
 """Folders of the bundled files by kind."""
 FIRST_STEPS: Final = {
     "case": "gearplay check {0}; gearplay run {0} --out run.nc",
     "sweep": "gearplay sweep {0} --dry-run",
     "calibration": "gearplay calibrate {0}",
+    "dataset": "gearplay dataset {0}",
 }
 Kind = Annotated[
     str | None,
     typer.Option(
-        "--kind", help="case, sweep or calibration, for a name of two kinds: han2021.", show_default=False
+        "--kind",
+        help="case, sweep, calibration or dataset, for a name of two kinds: han2021.",
+        show_default=False,
     ),
 ]
 
@@ -80,7 +84,8 @@ def _kinds_of(name: str, kind: str | None, known: dict[str, list[str]]) -> tuple
     from gearplay.model.wording import did_you_mean
 
     if kind is not None and kind not in PLACES:
-        raise InputError.of("--kind", kind, "must be case, sweep or calibration", did_you_mean(kind, PLACES))
+        rule = "must be case, sweep, calibration or dataset"
+        raise InputError.of("--kind", kind, rule, did_you_mean(kind, PLACES))
     found = [each for each in ([kind] if kind else PLACES) if name in known[each]]
     if not found:
         everything = sorted({each for of in ([kind] if kind else PLACES) for each in known[of]})

@@ -35,6 +35,7 @@ COMMANDS: Final = (
     "study",
     "sweep",
     "resume",
+    "dataset",
     "teeth",
     "modes",
     "load_sharing",

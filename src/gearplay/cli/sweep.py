@@ -1,6 +1,5 @@
 """`gearplay sweep PLAN` and `gearplay resume FOLDER`: many cases, resumable."""
 
-import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,21 +9,14 @@ from typing import Annotated, Any
 
 import typer
 
+from gearplay.cli.engines import EngineKind, Scheduler, Shard, Tls, Workers, chosen_engine
 from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
 from gearplay.cli.progress import progress_bar
 from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.exit_codes import PARTLY
 
-Workers = Annotated[
-    int | None,
-    typer.Option("--workers", min=1, help="Number of threads or processes; the cores by default."),
-]
-EngineKind = Annotated[str, typer.Option("--engine", help="Kind of workers: threads or processes.")]
-Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler to run on.")]
-Shard = Annotated[str | None, typer.Option("--shard", help="Run part i of n only: --shard 3/8.")]
 Zarr = Annotated[bool, typer.Option("--zarr", help="Also write sweep.zarr.")]
-Tls = Annotated[Path | None, typer.Option(help="TLS file for the scheduler.")]
 
 
 def sweep(
@@ -77,7 +69,7 @@ def sweep(
     if overwrite and shard is not None:
         rule = "must not be given with --shard: it would forget what other shards have done"
         raise InputError.of("--overwrite", True, rule, "Remove it, or choose another folder")
-    chosen = _engine(engine, workers, scheduler, (tls_ca, tls_cert, tls_key), shard)
+    chosen = chosen_engine(engine, workers, scheduler, (tls_ca, tls_cert, tls_key), shard)
     _run(made, folder, chosen, json=json, overwrite=overwrite, zarr=zarr)
 
 
@@ -101,7 +93,7 @@ def resume(
     from gearplay.sweeps.running.evaluate import Sweep
     from gearplay.sweeps.running.folder import output_folder, plan_in
 
-    chosen = _engine(engine, workers, scheduler, (tls_ca, tls_cert, tls_key), shard)
+    chosen = chosen_engine(engine, workers, scheduler, (tls_ca, tls_cert, tls_key), shard)
     output_folder(folder).finish_replacement()  # its plan may still be in the staging directory
     _run(Sweep(plan_in(folder)), folder, chosen, json=json, retry=retry, zarr=zarr)
 
@@ -200,32 +192,3 @@ def _changed(plan: Any, changes: list[str]) -> Any:
     document = plan.model_dump(mode="json", exclude_none=True)
     document["set"] = {**document["set"], **dict(parse_override(text) for text in changes)}
     return load_sweep(document)
-
-
-def _engine(
-    kind: str,
-    workers: int | None,
-    scheduler: str | None,
-    tls: tuple[Path | None, Path | None, Path | None],
-    shard: str | None,
-) -> Any:
-    from gearplay.work.engine import Engine
-
-    names = ("tls_ca_file", "tls_client_cert", "tls_client_key")
-    files = {name: path for name, path in zip(names, tls, strict=True) if path is not None}
-    if files and scheduler is None:
-        rule = "must be given together with --scheduler"
-        raise InputError.of(
-            "--tls", ", ".join(map(str, files.values())), rule, "Give its address, or remove it"
-        )
-    return Engine(kind, workers, scheduler, files or None, _shard(shard))
-
-
-def _shard(text: str | None) -> tuple[int, int] | None:
-    if text is None:
-        return None
-    found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
-    if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        rule = "must be i/n with 1 <= i <= n"
-        raise InputError.of("--shard", text, rule, "Write for example --shard 3/8")
-    return int(found[1]), int(found[2])

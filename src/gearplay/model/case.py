@@ -28,6 +28,7 @@ from gearplay.model.torsional_pair import FIELD, PARTS, TorsionalPair
 from gearplay.parts.bearing.schema import Bearing
 from gearplay.parts.coupling.schema import Coupling
 from gearplay.parts.environment import Environment
+from gearplay.parts.faults import AnyFault
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.protocol import Holder, Joint
 from gearplay.parts.rotor.schema import Rotor
@@ -133,6 +134,8 @@ class Case(Part):
         Along x and y [m/s^2].
     rotors, sleeves, supports, bearings
         By name; a sleeve, a support or a bearing by the name of the rotor that it holds.
+    faults
+        Dents of bearings.
     base, environment
         Motion of the housing; temperatures.
     meshes, couplings
@@ -204,6 +207,11 @@ class Case(Part):
         Counted(0, 200),
         AfterValidator(FrozenTable),
     ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
+    faults: Annotated[
+        tuple[AnyFault, ...],
+        Listed(0, 62, "faults of parts"),
+        Field(exclude_if=is_absent),
+    ] = ()
     base: Annotated[Base | None, Field(description="motion of the housing", exclude_if=is_absent)] = None
     environment: Annotated[
         Environment | None,

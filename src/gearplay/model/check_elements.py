@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from gearplay.model import geometry
+from gearplay.model.rolling import nominal_speeds
 from gearplay.parts.tables import JOINTS
 from gearplay.schema.finding import Finding
 
@@ -26,6 +27,12 @@ def element_findings(case: Case) -> Iterator[Finding]:
         for index, joint in enumerate(getattr(case, listed)):
             held = all(geometry.is_held(case, name) for name in joint.named_rotors().values())
             yield from joint.findings(f"{listed}.{index}", held=held)
+    if case.faults:
+        speeds = dict(zip(case.rotors, nominal_speeds(case).tolist(), strict=True))
+        for index, fault in enumerate(case.faults):
+            part = getattr(case, fault.table)[fault.at]
+            speed = speeds[fault.at] - (0.0 if part.on is None else speeds[part.on])
+            yield from fault.findings(f"faults.{index}", part, speed)
     for name, rotor in case.rotors.items():
         yield from _rotor(case, name, rotor)
     yield from _base(case)

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from gearplay.model.wording import did_you_mean
 from gearplay.parts.mesh.schema import Mesh
-from gearplay.parts.protocol import Holder, Joint
+from gearplay.parts.protocol import Holder, Joint, PartFault
 from gearplay.parts.rotor.gear import Gear, split_name
 from gearplay.parts.rotor.schema import Rotor
 from gearplay.parts.tables import HOLDERS, JOINTS
@@ -44,6 +44,7 @@ def cross_faults(parts: Mapping[str, Any]) -> list[Fault]:
         *_gear_faults(rotors, meshes),
         *_joint_faults({name: parts[name] for name in JOINTS}, names),
         *_sensor_faults(rotors, names),
+        *_faults_of_parts(parts),
     ]
 
 
@@ -225,6 +226,25 @@ def _sensor_faults(rotors: Mapping[str, Rotor | Raw], names: set[str]) -> Iterat
         sensor = _text(_read(rotor, "drive"), "sensor")
         if sensor is not None and sensor not in names:
             yield _unknown(join_path(["rotors", name, "drive", "sensor"]), sensor, names)
+
+
+def _faults_of_parts(parts: Mapping[str, Any]) -> Iterator[Fault]:
+    """Refuse faults of parts that there are not, or that do not fit theirs."""
+    for index, fault in enumerate(parts.get("faults", ())):
+        if not isinstance(fault, PartFault):
+            continue
+        holders, path = parts[fault.table], ["faults", str(index)]
+        if fault.at not in holders:
+            rule = f"must be a name in the table {fault.table}"
+            yield Fault(
+                join_path([*path, "at"]),
+                fault.at,
+                rule,
+                did_you_mean(fault.at, holders, fault.table.capitalize()),
+            )
+        elif isinstance(holders[fault.at], Holder):
+            for at, rule, cure in fault.misfits(holders[fault.at]):
+                yield Fault(join_path([*path, *map(str, at)]), _read(fault, str(at[0])), rule, cure)
 
 
 def _joint_faults(joints: Mapping[str, Sequence[Joint | Raw]], names: set[str]) -> Iterator[Fault]:

@@ -180,6 +180,7 @@ def pack(
     assembly = Assembly(len(rotors))
     _pack_servos(case, assembly, rotors)
     packing = Packing(assembly, case.rotors, rotors, centres, case.formulation == "as_published")
+    packing.faults = case.faults
     _pack_holders(case, packing, range(MESH))
     terms, spline, involutes = pack_meshes(case, assembly, rotors, centres, moving, damping_depths(turning))
     packing.terms += np.concatenate([terms, _pack_ripples(case, rotors, len(terms))]).tolist()

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from gearplay.parts.assembly import Assembly
 from gearplay.parts.rotor.schema import Rotor
-from gearplay.schema.fields import Part
+from gearplay.schema.fields import Part, Problem
 from gearplay.schema.finding import Finding
 
 
@@ -36,6 +36,8 @@ class Packing:
         Whether the equations are those of Han et al. 2021 as printed.
     terms
         Rows of three numbers that records refer to by the number of their first row.
+    faults
+        Faults of the parts.
 
     """
 
@@ -45,6 +47,11 @@ class Packing:
     centres: Mapping[str, tuple[float, float]]
     as_published: bool
     terms: list[Sequence[float]] = field(default_factory=list)
+    faults: Sequence[PartFault] = ()
+
+    def faults_of(self, table: str, name: str) -> list[Any]:
+        """Return the faults of the part of a name in a table of the case."""
+        return [fault for fault in self.faults if fault.table == table and fault.at == name]
 
     def add_terms(self, rows: Iterable[Sequence[float]]) -> tuple[int, int]:
         """Add rows of terms; return the number of the first and how many there are."""
@@ -112,6 +119,21 @@ class Holder(Part):
     def findings(self, path: str, *, held: bool, alone: bool) -> Iterator[Finding]:
         """Yield findings; ``held`` is whether the centre cannot move, ``alone`` whether no other part holds the rotor."""
         return iter(())
+
+
+class PartFault(Part):
+    """Base of faults of a part, which is the one called ``at`` in the ``table`` of the case."""
+
+    table: ClassVar[str]
+    at: str
+
+    @abstractmethod
+    def misfits(self, part: Any) -> Iterator[Problem]:
+        """Yield what does not fit the part."""
+
+    @abstractmethod
+    def findings(self, path: str, part: Any, speed: float) -> Iterator[Finding]:
+        """Yield findings; ``speed`` is the nominal one of the rotor against what carries it [rad/s]."""
 
 
 class Joint(Part):

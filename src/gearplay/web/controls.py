@@ -23,6 +23,7 @@ GROUPS: Mapping[str, str] = {
     "sleeves": "Sleeves",
     "bearings": "Rolling bearings",
     "supports": "Supports",
+    "faults": "Faults",
     "meshes": "Mesh",
     "couplings": "Couplings",
     "rotors.drive": "Drive and load",

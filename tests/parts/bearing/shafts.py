@@ -1,6 +1,7 @@
 """Shafts in a rolling bearing, their static equilibrium by the packed law, and published trajectories."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -37,8 +38,8 @@ def shaft(bearing: Document, *, weight: float = 0.0, mass: float = 2.0, **rotor:
 class Law:
     """The packed law of one bearing."""
 
-    def __init__(self, bearing: Document) -> None:
-        self.packed = pack(case_of(shaft(bearing)))
+    def __init__(self, bearing: Document, faults: Sequence[Document] = ()) -> None:
+        self.packed = pack(case_of(shaft(bearing) | {"faults": list(faults)}))
         self.system = self.packed.system
         self.branch, self.loads = make_branch(self.system), make_loads(self.system)
         self.y = np.zeros(self.packed.state_size)
@@ -49,6 +50,7 @@ class Law:
         dispatch.contact_kinematics(self.system, 0, 0.0, self.y, self.branch, self.loads)
         count = self.system.contacts.size
         self.branch.modes[:count] = np.where(self.loads.contacts[:, PENETRATION] > 0.0, LOADED, OPEN)
+        dispatch.initialise(self.system, 0, 0.0, self.y, self.branch, self.loads)
         self.loads.rotors[:] = 0.0
         acting = np.array([1, 0], dtype=np.int64)
         dispatch.apply_forces(

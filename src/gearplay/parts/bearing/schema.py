@@ -176,6 +176,12 @@ class Bearing(Holder):
         return self.element_size * math.cos(self.contact_angle) / self.pitch_size
 
     @property
+    def shares(self) -> tuple[float, float]:
+        """Shares of the rotor's rotation and of its other ring's in the cage's."""
+        inner, outer = 0.5 * (1.0 - self.ratio), 0.5 * (1.0 + self.ratio)
+        return (inner, outer) if self.rotor_ring == "inner" else (outer, inner)
+
+    @property
     def orders(self) -> PassOrders:
         """Pass orders per turn of the inner ring against the outer."""
         return pass_orders(self.elements, self.element_size / self.pitch_size, self.contact_angle)
@@ -202,21 +208,25 @@ class Bearing(Holder):
 
     def pack(self, packing: Packing, name: str, damping: float) -> None:
         """Add its element: a contact for each ball or roller."""
+        record, rotors, contacts = self._element(packing, name, damping)
+        dents = [dent.rows(self) for dent in packing.faults_of("bearings", name)]
+        slopes = [(abs(rate) / arc * math.pi, depth) for (rate, _, arc), (depth, *_) in dents]
+        record.dents, _ = packing.add_terms(row for rows in dents for row in rows)
+        record.dent_count = len(dents)
+        record.dent_slope = sum(turn * depth for turn, depth in slopes)
+        record.dent_bend = sum(turn * turn * depth for turn, depth in slopes)
+        record.dent_travel = min((math.pi / turn for turn, _ in slopes), default=0.0)
         packing.assembly.add(
-            law,
-            name,
-            *self._element(packing, name, damping),
-            always=damping > 0.0,
-            **self._numbers(packing, name),
-        )
+            law, name, record, rotors, contacts,
+            always=damping > 0.0, switches=len(dents), **self._numbers(packing, name),
+        )  # fmt: skip
 
     def _element(self, packing: Packing, name: str, damping: float) -> tuple[Any, list[int], list[Contact]]:
         r, count = blank(law.RECORD), self.elements
         outer = self.rotor_ring == "outer"
         r.half_clearance, r.exponent = 0.5 * self.internal_clearance, self.exponent
         r.stiffness, r.dissipation = self.element_stiffness(), self.dissipation()
-        shares = 0.5 * (1.0 - self.ratio), 0.5 * (1.0 + self.ratio)
-        r.share_a, r.share_b = reversed(shares) if outer else shares
+        r.share_a, r.share_b = self.shares
         # A displacement of the outer ring presses the elements on its other side.
         r.cage_phase = self.cage_phase + (math.pi if outer else 0.0)
         r.pitch_cosine, r.pitch_sine = math.cos(2.0 * math.pi / count), math.sin(2.0 * math.pi / count)

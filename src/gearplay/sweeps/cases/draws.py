@@ -39,7 +39,10 @@ def draw(design: Design, base: Case) -> Floats:
     Raises `InputError` for correlations that contradict each other or limits without room between them.
     """
     scores = correlated(unit_points(design), correlation_matrix(design))
-    columns = [quantile(p, limits_of(p, at, base), scores[:, at]) for at, p in enumerate(design.parameters)]
+    columns = [
+        quantile(p, limits_of(p, f"design.parameters.{at}", base), scores[:, at])
+        for at, p in enumerate(design.parameters)
+    ]
     return np.column_stack(columns)
 
 
@@ -47,10 +50,10 @@ def check_draws(design: Design, sample: Floats, base: Case) -> None:
     """Raise `InputError` where the case does not take the least or the largest value that the draws of a parameter reach."""
     for at, p in enumerate(design.parameters):
         for reached in (float(sample[:, at].min()), float(sample[:, at].max())):
-            _try_draw(p, at, reached, base)
+            try_draw(p, f"design.parameters.{at}", reached, base)
 
 
-def _try_draw(p: Random, at: int, reached: float, base: Case) -> None:
+def try_draw(p: Random, place: str, reached: float, base: Case) -> None:
     """Raise `InputError` where the case does not take a value that the draws reach."""
     try:
         replace(
@@ -62,7 +65,7 @@ def _try_draw(p: Random, at: int, reached: float, base: Case) -> None:
         )
     except InputError as error:
         fault = error.faults[0]
-        where = f"design.parameters.{at}: the draws of {p.name} reach {fault.path}"
+        where = f"{place}: the draws of {p.name} reach {fault.path}"
         cure = "Give low or high, or less deviation"
         raise InputError(Fault(where, fault.value, fault.rule, cure)) from None
 
@@ -131,9 +134,8 @@ class Limits:
     peak: float
 
 
-def limits_of(p: Random, at: int, base: Case) -> Limits:
-    """Return the numbers of the design's parameter ``at``; `InputError` where they contradict each other."""
-    where = f"design.parameters.{at}"
+def limits_of(p: Random, where: str, base: Case) -> Limits:
+    """Return the numbers of the drawn parameter at ``where`` in its plan; `InputError` where they contradict each other."""
     plain = {
         n: varied_number(p, getattr(p, n), f"{where}.{n}", base)
         for n in ("low", "high", "mean", "peak")

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.plan_values import factor, value_in_si
 from gearplay.sweeps.cases.draws import check_draws, draw, sample_size, varied_number
-from gearplay.sweeps.plans.plan import MOST, Axis, SweepPlan
+from gearplay.sweeps.plans.design import Design
+from gearplay.sweeps.plans.plan import MOST, Axis, Carry
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError
 
 Floats = NDArray[np.float64]
@@ -99,7 +100,20 @@ class Points:
         ]
 
 
-def points_of(plan: SweepPlan, base: Case) -> Points:
+class Spanned(Protocol):
+    """What of a plan makes its points."""
+
+    @property
+    def axes(self) -> tuple[Axis, ...]: ...  # noqa: D102
+    @property
+    def design(self) -> Design | None: ...  # noqa: D102
+    @property
+    def carry(self) -> Carry | None: ...  # noqa: D102
+    @property
+    def members(self) -> int: ...  # noqa: D102
+
+
+def points_of(plan: Spanned, base: Case) -> Points:
     """Return a plan's points; every listed value and every bound is tried in the case.
 
     Raises `InputError` with a value that the case does not take, `ResourceError` for more than `MOST` points.

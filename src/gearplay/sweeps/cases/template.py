@@ -100,7 +100,7 @@ class Template:
         self.points: Points = points_of(plan, self.base)
         drawn = plan.design.parameters if plan.design else ()
         self.fields: list[tuple[str, str, float | None]] = [  # path, name, base value of scaled fields
-            (path, each.name, _number_at(self.base, path) if each.mode == "scale" else None)
+            (path, each.name, number_at(self.base, path) if each.mode == "scale" else None)
             for each in (*plan.axes, *drawn)
             for path in (each.path, *each.also)
         ]
@@ -143,7 +143,7 @@ class Template:
         return hashlib.sha256(words.encode()).digest()
 
 
-def _number_at(case: Case, path: str) -> float:
+def number_at(case: Case, path: str) -> float:
     """Return the number that factors multiply; `InputError` if the field has none."""
     value = value_at(case, path)
     if isinstance(value, bool) or not isinstance(value, (int, float)):

@@ -4,11 +4,11 @@ import json
 import shutil
 import threading
 from collections.abc import Sequence
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from gearplay.files.atomic import shown_path, write_text
+from gearplay.files.atomic import shown_path
 from gearplay.results.outcomes import Account
 from gearplay.sweeps.cases.points import order_of
 from gearplay.sweeps.plans.plan import SweepPlan
@@ -16,17 +16,17 @@ from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.product import to_product, write_product
 from gearplay.sweeps.running.zarr_export import temporary_stores, tidy_cube, write_cube
-from gearplay.vocabulary.errors import Fault, InputError, TakenError
+from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.progress import Progress
+from gearplay.work.claims import PLAN, claim, read_claim
 from gearplay.work.engine import Engine
 from gearplay.work.folder import OutputFolder
-from gearplay.work.pieces import read_document, with_digest, without_digest
 from gearplay.work.rows import PATTERN, RowStore, StoredRows, remove_failed, store_name
 
 if TYPE_CHECKING:
     import xarray as xr
 
-PLAN, PRODUCT, CUBE = "plan.json", "sweep.nc", "sweep.zarr"
+PROGRAM, PRODUCT, CUBE = "gearplay sweep", "sweep.nc", "sweep.zarr"
 
 
 def output_folder(folder: Path) -> OutputFolder:
@@ -58,7 +58,7 @@ def jobs_left(made: Sweep, folder: Path, engine: Engine, *, retry: bool = False)
 
     ``retry`` includes failed ones. Raises `TakenError` where the folder belongs to another plan or is damaged.
     """
-    claim(made.plan, folder)
+    claim(folder, json.loads(made.plan.model_dump_json(exclude_none=True)), PROGRAM)
     if retry:
         remove_failed(folder, engine.shard)
     with closing(StoredRows(folder, made.reducer.size, engine.shard)) as rows:
@@ -103,17 +103,6 @@ def run_in(
     return points.job_size * len(left)
 
 
-def claim(plan: SweepPlan, folder: Path) -> None:
-    """Write the plan into its folder; `TakenError` where the folder has another plan, perhaps of a shard that came meanwhile."""
-    document = json.loads(plan.model_dump_json(exclude_none=True))
-    path = folder / PLAN
-    if not path.exists():
-        with suppress(TakenError):
-            write_text(path, json.dumps(with_digest(document), indent=1), overwrite=False)
-    if _read_plan(path) != document:
-        raise _not_ours(folder, "must hold the same plan")
-
-
 def plan_in(folder: Path) -> SweepPlan:
     """Return the plan of a sweep's folder.
 
@@ -125,20 +114,7 @@ def plan_in(folder: Path) -> SweepPlan:
         raise InputError(
             Fault("folder", shown_path(folder), rule, "Give the folder that gearplay sweep wrote")
         )
-    return load_sweep(_read_plan(path))
-
-
-def _read_plan(path: Path) -> dict[str, Any]:
-    document = read_document(path)
-    if document is None:
-        raise _not_ours(path.parent, f"its {path.name} must be a plan that gearplay sweep wrote")
-    if (found := without_digest(document)) is None:
-        raise _not_ours(path.parent, f"its {path.name} was changed after gearplay sweep wrote it")
-    return found
-
-
-def _not_ours(folder: Path, rule: str) -> TakenError:
-    return TakenError(Fault("out", shown_path(folder), rule, "Choose another folder, or overwrite it"))
+    return load_sweep(read_claim(folder, PROGRAM))
 
 
 def gather(made: Sweep, folder: Path) -> "xr.Dataset":

@@ -1,6 +1,7 @@
 """A rolling bearing: one contact for each element, which travels with the cage (docs/theory, section 3).
 
-The functions of `gearplay.integrate.dispatch` that it has: forces (`forces`), their slopes (`slopes`).
+The functions of `gearplay.integrate.dispatch` that it has: forces (`forces`), their slopes (`slopes`), the events of
+dents (`passing`).
 """
 
 from gearplay.parts.bearing.law.forces import (
@@ -13,6 +14,7 @@ from gearplay.parts.bearing.law.forces import (
     recurrence_rates,
     stay_open,
 )
+from gearplay.parts.bearing.law.passing import initialise, initialise_touch, jump, own_switch, switch_own
 from gearplay.parts.bearing.law.record import KIND, PER_CONTACT, RECORD, SIGNALS
 from gearplay.parts.bearing.law.slopes import SLOPES, add_change, crossing, linearise
 
@@ -29,12 +31,17 @@ __all__ = [
     "contact_kinematics",
     "crossing",
     "forcing_rate",
+    "initialise",
+    "initialise_touch",
+    "jump",
     "linearise",
     "may_return",
     "mounts",
     "observe",
+    "own_switch",
     "recurrence_rates",
     "stay_open",
+    "switch_own",
 ]
 MEMORY: tuple[float, ...] = ()
-MODES = 0
+MODES = 1  # dents that elements are in, a bit for each

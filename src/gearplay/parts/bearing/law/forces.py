@@ -18,6 +18,7 @@ from gearplay.kernels.layout import (
     FORCE_Y,
     LOADED,
     MARGIN,
+    OPEN,
     PENETRATION,
     RATE,
     Branch,
@@ -25,6 +26,7 @@ from gearplay.kernels.layout import (
     System,
     omega_of,
 )
+from gearplay.parts.bearing.law.passing import may_pass_dent, relative_turn
 from gearplay.parts.bearing.law.record import (
     ACROSS,
     ARM_X,
@@ -35,6 +37,9 @@ from gearplay.parts.bearing.law.record import (
     CAGE_SPIN,
     DELTA,
     DELTA_RATE,
+    DENT,
+    DENT_SLOPE,
+    DENTED,
     E_X,
     E_Y,
     F_X,
@@ -55,6 +60,7 @@ from gearplay.parts.bearing.law.record import (
     place_element,
     place_seat,
 )
+from gearplay.parts.bearing.law.surface import BY_PLACE, RING_A, RING_B, ROWS, dent_rate
 from gearplay.parts.mount import Mount, seats
 from gearplay.parts.sleeve.force import signed_power
 
@@ -69,6 +75,12 @@ def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[flo
         orders = [(each.waves_a, each.count_a, speeds[each.rotor]), (each.waves_b, each.count_b, carrier)]
         for first, count, speed in orders:
             rates += [order * abs(speed - frame) for order in system.terms[first : first + count, 0]]
+        for row in range(each.dents, each.dents + ROWS * each.dent_count, ROWS):
+            place = int(system.terms[row + 1, 1])
+            carries = {RING_A: speeds[each.rotor], RING_B: carrier}.get(place, cage)
+            rates.append(abs(carries - frame))
+            if place >= 0:
+                rates.append(2.0 * abs(system.terms[row, 0] * (speeds[each.rotor] - carrier)))
     return rates
 
 
@@ -78,16 +90,34 @@ def mounts(records: Any) -> list[Mount]:
 
 
 @compiled_inline
+def is_loaded(bearing: Any, branch: Branch) -> bool:
+    """Return whether an element of a bearing is in contact."""
+    loaded = False
+    for k in range(bearing.contact, bearing.contact + bearing.contacts):
+        loaded = loaded or branch.modes[k] != OPEN
+    return bool(loaded)
+
+
+@compiled_inline
+def dents_inside(bearing: Any, branch: Branch) -> int:
+    """Return the dents passed on the present branch: by place where all elements are open, since no event is located then."""
+    if bearing.dent_count == 0 or not is_loaded(bearing, branch):
+        return BY_PLACE
+    return int(branch.modes[bearing.mode])
+
+
+@compiled_inline
 def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Fill bearing n's rows of the contact table at (t, y), and the sums over its elements in the scratch."""
     contacts, out = loads.contacts, loads.out
     bearing = system.records[KIND][n]
     place_seat(system, n, t, y, out)
     f_x, f_y, torque_a, torque_b, lost, put_in = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    inside = dents_inside(bearing, branch)
     for at in range(bearing.contacts):
         if at > 0:
             next_element(bearing, out)
-        place_element(system, n, at, out)
+        place_element(system, n, at, inside, out)
         k = bearing.contact + at
         delta, rate = out[DELTA], out[DELTA_RATE]
         margin = 1.0 + bearing.dissipation * rate
@@ -142,7 +172,8 @@ def stay_open(
     """Return the state of bearing n's gaps at (t, y), and a time [s], at most ``longest``, for which all provably stay open.
 
     With delta = e.u(phi) - c + w,  delta'' = e''.u + 2 e'.u_phi phi' + e.u_phi phi'' - e.u phi'^2 + w'': each factor is bounded
-    over the time considered by its value now and the bounds of the accelerations.
+    over the time considered by its value now and the bounds of the accelerations. A dent lowers delta: it stays below that of
+    the whole surface; and, from within the dent, below that of the dent without ends, until its next arc could begin.
     """
     bearing = system.records[KIND][n]
     place_seat(system, n, t, y, out)
@@ -154,6 +185,7 @@ def stay_open(
     reach, speed = math.hypot(out[E_X], out[E_Y]), math.hypot(out[V_X], out[V_Y])
     alpha = bearing.share_a * alpha_a + bearing.share_b * alpha_b
     beside_a, beside_b = abs(out[CAGE_SPIN] - out[SPIN_A]), abs(out[CAGE_SPIN] - out[SPIN_B])
+    rolling = out[SPIN_A] - out[SPIN_B]
     slack = RESOLUTION * system.contacts[bearing.contact].natural
     over, best = longest, 0.0
     for turn in range(PASSES):
@@ -166,15 +198,25 @@ def stay_open(
         curvature = pull + 2.0 * fastest * cage + farthest * (cage * cage + alpha)
         curvature += bearing.bend_a * past_a * past_a + bearing.slope_a * (alpha + alpha_a)
         curvature += bearing.bend_b * past_b * past_b + bearing.slope_b * (alpha + alpha_b)
+        past = abs(rolling) + (alpha_a + alpha_b) * over
+        within = curvature + bearing.dent_bend * past * past + bearing.dent_slope * (alpha_a + alpha_b)
         span = over
         out[C], out[S] = math.cos(out[CAGE]), math.sin(out[CAGE])
         for at in range(bearing.contacts):
             if at > 0:
                 next_element(bearing, out)
-            place_element(system, n, at, out)
+            place_element(system, n, at, BY_PLACE, out)
             if turn == 0 and out[DELTA] >= 0.0 and out[DELTA_RATE] > 0.0:
                 return TOUCHES, 0.0
-            span = min(span, open_span(min(out[DELTA], 0.0) - slack, out[DELTA_RATE], curvature))
+            if out[DENTED] == 0.0:
+                span = min(span, open_span(min(out[DELTA], 0.0) - slack, out[DELTA_RATE], curvature))
+                continue
+            whole, rate = out[DELTA] - out[DENT], out[DELTA_RATE] - out[DENT_SLOPE] * rolling
+            of_whole = open_span(whole, rate, curvature) if whole < 0.0 else 0.0
+            of_dent = open_span(min(out[DELTA], 0.0) - slack, out[DELTA_RATE], within)
+            if past > 0.0:
+                of_dent = min(of_dent, bearing.dent_travel / past)
+            span = min(span, max(of_whole, of_dent))
         if span >= over:
             return STAYS_OPEN, over
         best = max(best, span)
@@ -190,7 +232,11 @@ def forcing_rate(system: System, n: int, t: float, y: Floats) -> float:
     spin_a = abs(system.rotors[i].nominal_speed + y[omega_of(system, i)])
     spin_b = abs(system.rotors[b].nominal_speed + y[omega_of(system, b)]) if b >= 0 else 0.0
     relative = spin_a + spin_b
-    return max(2.0, bearing.highest_a, bearing.highest_b) * relative
+    fastest = max(2.0, bearing.highest_a, bearing.highest_b) * relative
+    if bearing.dent_count > 0:
+        turn, spin = relative_turn(system, n, t, y)
+        fastest = max(fastest, dent_rate(bearing, system.terms, turn, spin))
+    return fastest
 
 
 @compiled_once
@@ -203,11 +249,13 @@ def may_return(
     The margin 1 + chi ddelta/dt follows the rate, whose bow shows in the way of the penetration: as for sleeves.
     """
     bearing = system.records[KIND][n]
+    at = bearing.switch + s
+    if s >= PER_CONTACT * bearing.contacts:
+        return may_pass_dent(system, n, s, h, branch, g_0[at], g_1[at], stages)
     k = bearing.contact + s // PER_CONTACT
     start, end = loads_0.contacts, loads.contacts
     mean = (end[k, PENETRATION] - start[k, PENETRATION]) / h
     bow = 1.5 * abs(mean - 0.5 * (start[k, RATE] + end[k, RATE]))
-    at = bearing.switch + s
     return max(g_0[at], g_1[at]) + 2.0 * bow * bearing.dissipation > 0.0
 
 

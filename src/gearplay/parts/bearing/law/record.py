@@ -9,6 +9,7 @@ from gearplay.kernels.arrays import Floats
 from gearplay.kernels.carrier_motion import seat_motion
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import PLACES, Signal, System, spin_of, turn_of
+from gearplay.parts.bearing.law.surface import dents, ripples
 
 KIND = 8
 PER_CONTACT = 2  # switches: touch, pull
@@ -39,6 +40,11 @@ RECORD = np.dtype(
         ("count_a", "i8"),
         ("waves_b", "i8"),
         ("count_b", "i8"),
+        ("dents", "i8"),  # first row of terms of the dents, two rows each (`surface`)
+        ("dent_count", "i8"),
+        ("dent_slope", "f8"),  # m, bounds of the dents by the relative rotation of the rings: sum of |d'|
+        ("dent_bend", "f8"),  # m, sum of |d''|
+        ("dent_travel", "f8"),  # rad, relative rotation in which an element passes the shortest dent
         ("cage_torque", "i8"),  # 1 where the rings give the power of the cage's motion
         ("rotor", "i8"),
         ("carrier", "i8"),  # -1 for the ground
@@ -59,9 +65,9 @@ SIGNALS = (
 # and across it [m], penetration [m], its derivatives by the rotations of cage, rotor and carrier [m] and by time [m/s],
 # second derivatives of the waviness of the two rings by the angle [m].
 E_X, E_Y, V_X, V_Y, CAGE, CAGE_SPIN, TURN_A, TURN_B, SPIN_A, SPIN_B, ARM_X, ARM_Y = range(12)
-C, S, ALONG, ACROSS, DELTA, BY_CAGE, BY_A, BY_B, DELTA_RATE, BEND_A, BEND_B = range(12, 23)
+C, S, ALONG, ACROSS, DELTA, BY_A, BY_B, DELTA_RATE, BEND, DENT, DENT_SLOPE, DENTED = range(12, 24)
 # Sums over the elements: force [N] and torque [N m] on rotor and carrier, power lost and put in by the cage [W].
-F_X, F_Y, TORQUE_A, TORQUE_B, LOST, PUT_IN = range(23, 29)
+F_X, F_Y, TORQUE_A, TORQUE_B, LOST, PUT_IN = range(24, 30)
 
 
 @compiled_inline
@@ -92,37 +98,25 @@ def next_element(bearing: Any, out: Floats) -> None:
 
 
 @compiled_inline
-def waviness(terms: Any, first: int, count: int, angle: float) -> tuple[float, float, float]:
-    """Return sum A cos(order angle + phase) [m] and its first two derivatives by the angle."""
-    height, slope, bend = 0.0, 0.0, 0.0
-    for row in range(first, first + count):
-        order = terms[row, 0]
-        cosine, sine = math.cos(order * angle), math.sin(order * angle)
-        wave = terms[row, 1] * cosine - terms[row, 2] * sine
-        height += wave
-        slope -= order * (terms[row, 1] * sine + terms[row, 2] * cosine)
-        bend -= order * order * wave
-    return height, slope, bend
-
-
-@compiled_inline
-def place_element(system: System, n: int, k: int, out: Floats) -> None:
+def place_element(system: System, n: int, k: int, inside: int, out: Floats) -> None:
     """Fill ``out`` with the kinematics of element k of bearing n, whose direction is there.
 
-    delta = e.u - c + w_a + w_b; with the element at angle phi the waviness w of a ring is that at phi less the ring's rotation.
+    delta = e.u - c + w; w of waviness and dents is a function of the relative rotation of the rings. ``inside`` has the dents
+    that are passed (`dents`).
     """
-    bearing, terms = system.records[KIND][n], system.terms
+    bearing = system.records[KIND][n]
     c, s = out[C], out[S]
     along, across = out[E_X] * c + out[E_Y] * s, -out[E_X] * s + out[E_Y] * c
-    w_a, slope_a, w_b, slope_b = 0.0, 0.0, 0.0, 0.0
-    out[BEND_A], out[BEND_B] = 0.0, 0.0
+    height, slope = 0.0, 0.0
+    out[BEND], out[DENT], out[DENT_SLOPE], out[DENTED] = 0.0, 0.0, 0.0, 0.0
     if bearing.count_a + bearing.count_b > 0:
-        angle = out[CAGE] + k * (2.0 * math.pi / bearing.contacts)
-        w_a, slope_a, out[BEND_A] = waviness(terms, bearing.waves_a, bearing.count_a, angle - out[TURN_A])
-        w_b, slope_b, out[BEND_B] = waviness(terms, bearing.waves_b, bearing.count_b, angle - out[TURN_B])
-    by_cage = across + slope_a + slope_b
-    out[ALONG], out[ACROSS], out[BY_CAGE] = along, across, by_cage
-    out[DELTA] = along - bearing.half_clearance + w_a + w_b
-    out[BY_A], out[BY_B] = bearing.share_a * by_cage - slope_a, bearing.share_b * by_cage - slope_b
+        height, slope, out[BEND] = ripples(bearing, system.terms, k, out[CAGE], out[TURN_A], out[TURN_B])
+    if bearing.dent_count > 0:
+        dent, by_turn, bend, out[DENTED] = dents(bearing, system.terms, k, out[TURN_A] - out[TURN_B], inside)
+        height, slope = height + dent, slope + by_turn
+        out[DENT], out[DENT_SLOPE], out[BEND] = dent, by_turn, out[BEND] + bend
+    out[ALONG], out[ACROSS] = along, across
+    out[DELTA] = along - bearing.half_clearance + height
+    out[BY_A], out[BY_B] = bearing.share_a * across + slope, bearing.share_b * across - slope
     moving = out[V_X] * c + out[V_Y] * s
     out[DELTA_RATE] = moving + out[BY_A] * out[SPIN_A] + out[BY_B] * out[SPIN_B]

@@ -15,14 +15,13 @@ from gearplay.kernels.layout import (
     omega_of,
     theta_of,
 )
-from gearplay.parts.bearing.law.forces import press
+from gearplay.parts.bearing.law.forces import dents_inside, press
 from gearplay.parts.bearing.law.record import (
     ACROSS,
     ALONG,
     ARM_X,
     ARM_Y,
-    BEND_A,
-    BEND_B,
+    BEND,
     BY_A,
     BY_B,
     CAGE,
@@ -45,8 +44,8 @@ from gearplay.parts.bearing.law.record import (
     S,
     next_element,
     place_element,
-    waviness,
 )
+from gearplay.parts.bearing.law.surface import BY_PLACE, ROWS, dents, ripples
 from gearplay.parts.sleeve.force import signed_power
 
 # Columns of a bearing's row of slopes: of force (x, y) and torques (rotor, carrier) by displacement (x, y), velocity (x, y),
@@ -85,12 +84,13 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
     row[SLOPE_F_X], row[SLOPE_F_Y] = out[F_X], out[F_Y]
     out[C], out[S] = math.cos(out[CAGE]), math.sin(out[CAGE])
     share_a, share_b, whole = bearing.share_a, bearing.share_b, bearing.cage_torque
+    inside = dents_inside(bearing, branch)
     for at in range(bearing.contacts):
         if at > 0:
             next_element(bearing, out)
         if branch.modes[bearing.contact + at] != LOADED:
             continue
-        place_element(system, n, at, out)
+        place_element(system, n, at, inside, out)
         delta, margin = out[DELTA], 1.0 + bearing.dissipation * out[DELTA_RATE]
         elastic = bearing.stiffness * signed_power(delta, bearing.exponent)
         stiff = math.sqrt(abs(delta)) if bearing.exponent == 1.5 else abs(delta) ** (bearing.exponent - 1.0)
@@ -108,18 +108,14 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
             a, b = (share_a * v, share_b * v) if whole == 1 else (0.0, v)
             _add_column(row, BY_E + axis, out, change, 0.0, force * a, force * b, arm_a, arm_b)
             _add_column(row, BY_V + axis, out, by_rate * u, 0.0, 0.0, 0.0, arm_a, arm_b)
-        # By the rotation of a ring: of the cage by its share, of the waves seen from the ring.
+        # By the rotation of a ring: of the cage by its share, of the surface by the relative rotation.
         for ring in range(2):
-            share = share_a if ring == 0 else share_b
+            share, sign = (share_a, 1.0) if ring == 0 else (share_b, -1.0)
             arm = out[BY_A] if ring == 0 else out[BY_B]
-            bend_a = out[BEND_A] * (share - 1.0 if ring == 0 else share)
-            bend_b = out[BEND_B] * (share if ring == 0 else share - 1.0)
-            by_cage = -out[ALONG] * share + bend_a + bend_b
-            rate = sliding * share + by_cage * spin - bend_a * out[SPIN_A] - bend_b * out[SPIN_B]
+            by_cage, bend = -out[ALONG] * share, sign * out[BEND]
+            rate = sliding * share + by_cage * spin + bend * (out[SPIN_A] - out[SPIN_B])
             change = by_delta * arm + by_rate * rate
-            a, b = share_a * by_cage - bend_a, share_b * by_cage - bend_b
-            if whole == 0:
-                a, b = 0.0, -out[ALONG] * share
+            a, b = (share_a * by_cage + bend, share_b * by_cage - bend) if whole == 1 else (0.0, by_cage)
             _add_column(row, BY_TURN + ring, out, change, force * share, force * a, force * b, arm_a, arm_b)
             _add_column(row, BY_SPIN + ring, out, by_rate * arm, 0.0, 0.0, 0.0, arm_a, arm_b)
     if bearing.damping > 0.0:
@@ -142,32 +138,37 @@ def _motion_change(
 
 @compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return the change by z of the penetration of switch s of bearing n [m] and of its rate [m/s], and that rate."""
+    """Return the change by z of the penetration of switch s of bearing n [m] and of its rate [m/s], and that rate.
+
+    Of the switch of a dent: of the angle between the element and the dent's middle [rad] and of its rate [rad/s].
+    """
     bearing, at = system.records[KIND][n], s // PER_CONTACT
     e_x, e_y, v_x, v_y, turn_a, turn_b, spin_a, spin_b = _motion_change(bearing, system, row, z)
-    angle = row[KINEMATICS + CAGE] + at * (2.0 * math.pi / bearing.contacts)
+    rolling = row[KINEMATICS + SPIN_A] - row[KINEMATICS + SPIN_B]
+    if at >= bearing.contacts:
+        rate = system.terms[bearing.dents + ROWS * (s - PER_CONTACT * bearing.contacts), 0]
+        return rate * (turn_a - turn_b), rate * (spin_a - spin_b), rate * rolling
+    cage, relative = row[KINEMATICS + CAGE], row[KINEMATICS + TURN_A] - row[KINEMATICS + TURN_B]
+    angle = cage + at * (2.0 * math.pi / bearing.contacts)
     u_x, u_y, t_x, t_y = math.cos(angle), math.sin(angle), -math.sin(angle), math.cos(angle)
-    _, w_a, bend_a = waviness(
-        system.terms, bearing.waves_a, bearing.count_a, angle - row[KINEMATICS + TURN_A]
+    _, slope, bend = ripples(
+        bearing, system.terms, at, cage, row[KINEMATICS + TURN_A], row[KINEMATICS + TURN_B]
     )
-    _, w_b, bend_b = waviness(
-        system.terms, bearing.waves_b, bearing.count_b, angle - row[KINEMATICS + TURN_B]
-    )
+    _, dent_slope, dent_bend, _ = dents(bearing, system.terms, at, relative, BY_PLACE)
+    slope, bend = slope + dent_slope, bend + dent_bend
     s_x, s_y, r_x, r_y = (
         row[KINEMATICS + E_X],
         row[KINEMATICS + E_Y],
         row[KINEMATICS + V_X],
         row[KINEMATICS + V_Y],
     )
-    by_cage = s_x * t_x + s_y * t_y + w_a + w_b
-    by_a, by_b = bearing.share_a * by_cage - w_a, bearing.share_b * by_cage - w_b
+    across = s_x * t_x + s_y * t_y
+    by_a, by_b = bearing.share_a * across + slope, bearing.share_b * across - slope
     rate = r_x * u_x + r_y * u_y + by_a * row[KINEMATICS + SPIN_A] + by_b * row[KINEMATICS + SPIN_B]
-    cage = bearing.share_a * turn_a + bearing.share_b * turn_b
-    bent_a, bent_b = bend_a * (cage - turn_a), bend_b * (cage - turn_b)
-    grown = e_x * t_x + e_y * t_y - (s_x * u_x + s_y * u_y) * cage + bent_a + bent_b
-    faster = v_x * u_x + v_y * u_y + (r_x * t_x + r_y * t_y) * cage + by_a * spin_a + by_b * spin_b
-    faster += grown * row[KINEMATICS + CAGE_SPIN]
-    faster -= bent_a * row[KINEMATICS + SPIN_A] + bent_b * row[KINEMATICS + SPIN_B]
+    turn = bearing.share_a * turn_a + bearing.share_b * turn_b
+    grown = e_x * t_x + e_y * t_y - (s_x * u_x + s_y * u_y) * turn
+    faster = v_x * u_x + v_y * u_y + (r_x * t_x + r_y * t_y) * turn + by_a * spin_a + by_b * spin_b
+    faster += grown * row[KINEMATICS + CAGE_SPIN] + bend * (turn_a - turn_b) * rolling
     return e_x * u_x + e_y * u_y + by_a * turn_a + by_b * turn_b, faster, rate
 
 

@@ -1,0 +1,1 @@
+"""Labelled records for learning: plans, drawn cases, records of the virtual rig, labels, splits."""
