@@ -15,6 +15,9 @@ EQUAL: Final = 1e-6
 """Relative difference of steps that still count as equal."""
 
 
+SET_POINTS: Final = {"torque": "torque", "servo": "speed", "position": "angle", "cascade": "angle"}
+"""Field of the set-point of a drive, by its kind."""
+
 FILLED: Final = ("values", "sampling", "start")
 """Fields of a record that are read from its file."""
 
@@ -39,7 +42,7 @@ def brings_file(path: str, value: Any) -> bool:
     >>> brings_file("run.seed", 3)
     False
     """
-    if path.rpartition(".")[2].strip() == "file":
+    if path.rpartition(".")[2].strip() == "file" or _is_file(value):
         return True
     return isinstance(value, Mapping) and any(brings_file(str(name), each) for name, each in value.items())
 
@@ -47,24 +50,55 @@ def brings_file(path: str, value: Any) -> bool:
 def with_tables(document: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Return a raw case whose records hold their values: those of a ``file``, a path from ``folder``.
 
-    These are the housing's acceleration and the tables of drives and loads. Raises `InputError` for a file that is no table of
-    time [s] and a value [SI] in equal steps.
+    These are the housing's acceleration, the tables of drives and loads, and set-points of drives over time, which go into
+    ``over_time``. Raises `InputError` for a file that is no table of time [s] and a value [SI], in equal steps but for set-points.
     """
-    ways: list[tuple[str, ...]] = [("base", "acceleration")]
+    bodies: list[tuple[str, ...]] = []
     rotors = document.get("rotors")
-    for name in rotors if isinstance(rotors, Mapping) else ():
-        ways += [("rotors", str(name), part, "table") for part in ("drive", "load")]
+    bodies += [("rotors", str(name)) for name in (rotors if isinstance(rotors, Mapping) else ())]
     sets = document.get("planetary")
     for name in sets if isinstance(sets, Mapping) else ():
-        for member in MEMBERS:
-            ways += [("planetary", str(name), member, part, "table") for part in ("drive", "load")]
+        bodies += [("planetary", str(name), member) for member in MEMBERS]
+    ways = [("base", "acceleration"), *((*body, part, "table") for body in bodies for part in ("drive", "load"))]
     for way in ways:
-        place: Any = document
-        for part in way:
-            place = place.get(part) if isinstance(place, dict) else None
+        place = _place(document, way)
         if isinstance(place, dict) and "file" in place:
             _fill(place, ".".join(way), folder)
+    for body in bodies:
+        drive = _place(document, (*body, "drive"))
+        if isinstance(drive, dict):
+            _set_over_time(drive, ".".join((*body, "drive")), folder)
     return document
+
+
+def _place(document: dict[str, Any], way: Iterable[str]) -> Any:
+    place: Any = document
+    for part in way:
+        place = place.get(part) if isinstance(place, dict) else None
+    return place
+
+
+def _is_file(value: Any) -> bool:
+    return isinstance(value, str) and value.strip().lower().endswith(".csv")
+
+
+def _set_over_time(drive: dict[str, Any], path: str, folder: Path) -> None:
+    """Write a set-point over time of a raw drive, a table or the name of a file in place of its number, into ``over_time``."""
+    field = SET_POINTS.get(str(drive.get("kind")))
+    if field is None:
+        return
+    given = drive.get(field)
+    if isinstance(given, dict) or _is_file(given):
+        if "over_time" in drive:
+            rule = f"must not be given beside {field} over time, which says it"
+            raise InputError(Fault(f"{path}.over_time", "given", rule, "Remove one of the two"))
+        drive["over_time"], drive[field] = {"table": given} if _is_file(given) else given, 0.0
+    over_time = drive.get("over_time")
+    if isinstance(over_time, dict):
+        drive.setdefault(field, 0.0)
+        if _is_file(over_time.get("table")):
+            times, values = _columns(f"{path}.{field}", folder / over_time["table"].strip())
+            over_time["table"] = [list(point) for point in zip(times, values, strict=True)]
 
 
 def _fill(given: dict[str, Any], path: str, folder: Path) -> None:
