@@ -207,11 +207,12 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
                 "square",
                 "backlash",
                 "quasi_static",
+                "autonomous",
             ),
             FLAG,
         ),
         **dict.fromkeys(
-            ("contact", "change", "load", "name", "format", "gear_bodies", "allowance", "teeth", "channel"),
+            ("contact", "change", "section", "load", "name", "format", "gear_bodies", "allowance", "teeth", "channel"),
             TEXT,
         ),
         **dict.fromkeys(("signals", "directions", "inputs", "outputs", "tune", "platforms"), TEXTS),

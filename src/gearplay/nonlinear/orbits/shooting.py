@@ -36,7 +36,7 @@ class Orbit:
     multipliers: NDArray[np.complex128]
     residual: float
     contacts: NDArray[np.int64]
-    period: float = math.nan
+    period: float
 
     @property
     def order(self) -> int:

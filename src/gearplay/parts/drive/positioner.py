@@ -130,8 +130,10 @@ def _demand(system: System, n: int, e: float, z: float, omega: float) -> float:
 
 @compiled_inline
 def _integral_rate(system: System, n: int, e: float, omega: float, excess: float) -> float:
-    """Return z' by an error, a speed, and what the limit takes from the torque [N m]: back-calculation."""
+    """Return z' by an error, a speed, and what the limit takes from the torque [N m]: back-calculation. Without a gain 0."""
     each = system.records[KIND][n]
+    if each.integral_gain == 0.0:
+        return 0.0
     rate = e + each.sense * excess / each.proportional_gain
     return rate - each.share * each.speed_sense * omega if each.share > 0.0 else rate
 
