@@ -22,14 +22,19 @@ FILLED: Final = ("values", "sampling", "start")
 """Fields of a record that are read from its file."""
 
 
-def without_replaced(document: dict[str, Any], paths: Iterable[str]) -> None:
-    """Remove the fields that a changed ``file`` defines from the records of a raw case; ``paths`` are those of all changes."""
-    for path in paths:
+def without_replaced(document: dict[str, Any], changes: Iterable[tuple[str, Any]]) -> None:
+    """Remove what changes (path, value) redefine from a raw case: the record of a changed ``file``, the set-point over time of a
+    drive whose constant is changed; a torque over time is kept beside another constant.
+    """
+    for path, value in changes:
         *way, last = (part.strip() for part in path.split("."))
-        place: Any = document
-        for part in way:
-            place = place.get(part) if isinstance(place, dict) else None
-        if last == "file" and isinstance(place, dict):
+        place = _place(document, way)
+        if not isinstance(place, dict):
+            continue
+        if last == SET_POINTS.get(str(place.get("kind"))):
+            if last != "torque" or isinstance(value, Mapping) or _is_file(value):
+                place.pop("over_time", None)
+        elif last == "file":
             for field in ("file", *FILLED):
                 place.pop(field, None)
 

@@ -29,7 +29,7 @@ from gearplay.kernels.layout import (
     turn_of,
 )
 from gearplay.kernels.set_point import FIELDS, set_point
-from gearplay.parts.drive.torque_limit import limit_of, limited, may_pass, past_limit
+from gearplay.parts.drive.torque_limit import limit_of, limited, may_pass, past_limit, shown
 
 KIND = 7
 RECORD = np.dtype(
@@ -161,7 +161,7 @@ def torque_of(system: System, n: int, t: float, y: Floats, branch: Branch) -> fl
     each = system.records[KIND][n]
     if each.lag > 0.0:
         return y[each.state + each.lagged]
-    return _given_torque(system, n, t, y, branch)
+    return shown(_given_torque(system, n, t, y, branch), each.limit)
 
 
 @compiled_inline

@@ -21,7 +21,7 @@ from gearplay.kernels.layout import (
     spin_of,
 )
 from gearplay.kernels.set_point import FIELDS, set_point
-from gearplay.parts.drive.torque_limit import limit_of, limited, may_pass, past_limit
+from gearplay.parts.drive.torque_limit import limit_of, limited, may_pass, past_limit, shown
 
 KIND = 0
 RECORD = np.dtype(
@@ -80,7 +80,8 @@ def wanted_torque(system: System, n: int, t: float, y: Floats, branch: Branch) -
 def torque_of(system: System, n: int, t: float, y: Floats, branch: Branch) -> float:
     """Return servo n's torque [N m] at (t, y)."""
     servo = system.records[KIND][n]
-    return limited(wanted_torque(system, n, t, y, branch), servo.limit, branch.modes[servo.mode])
+    wanted = wanted_torque(system, n, t, y, branch)
+    return shown(limited(wanted, servo.limit, branch.modes[servo.mode]), servo.limit)
 
 
 @compiled_once

@@ -16,6 +16,8 @@ Piece = tuple[float, float, float, float]
 Time = Annotated[float, Measure(q.TIME, "time from the start of the integration", ge=0.0)]
 Span = Annotated[float, Measure(q.TIME, "duration", ge=0.0)]
 MOST_POINTS: Final = 10_000
+JUMP: Final = 1e-14
+"""Length of the step over a jump, relative to its time."""
 
 
 class Step(Part, Generic[Value]):
@@ -127,12 +129,15 @@ class SetPoint(Part, Generic[Value]):
         return _lines([(time, float(value)) for time, value in self.table])
 
     def stops(self, *, of_speed: bool = False) -> set[float]:
-        """Return the times [s] that no step may pass: where a piece begins, and just before where the value jumps."""
+        """Return the times [s] that no step may pass: where a piece begins, and just before where the value jumps.
+
+        A step of its own, as short as can be resolved, passes a jump, so that it ends where a limit is reached there.
+        """
         pieces, found = self.pieces(of_speed=of_speed), set[float]()
         for one, (t, value, *_) in zip(pieces[:-1], pieces[1:], strict=True):
             found.add(t)
             if abs(_end(one, t) - value) > 1e-12 * max(abs(value), abs(one[1])):
-                found.add(math.nextafter(t, 0.0))
+                found.add(t - JUMP * max(t, 1e-6))
         return found
 
     def steepest(self, *, lead: float = 0.0, of_speed: bool = False) -> float:
