@@ -95,9 +95,9 @@ class Exact:
     def _gap(self, phi: float) -> float:
         return float(0.5 * self.pair.play - abs(phi))
 
-    def step(self, torque: float) -> Any:
-        """Advance by a step."""
-        left, fine = self.pair.dt, 400
+    def step(self, torque: float, span: float | None = None) -> Any:
+        """Advance by a step, or over a span [s]."""
+        left, fine = self.pair.dt if span is None else span, 400
         while left > 0.0:
             made = self._generator(self.side, torque)
             part = expm(made * (self.pair.dt / fine))
@@ -110,7 +110,7 @@ class Exact:
                     h = brentq(self._margin_after, 0.0, h, args=(made, before), xtol=1e-18, rtol=1e-15)
                     after, ended = expm(made * h) @ before, True
                 at, before = at + h, after
-            self.state, left = before[:4].copy(), left - at
+            self.state, left = before[:-1].copy(), left - at
             if ended:
                 phi = self.state[0] - self.state[2]
                 self.side = 0 if self.side else int(np.sign(phi))
@@ -122,3 +122,19 @@ class Exact:
             return False
         gaps = [self._gap(state[0] - state[2]) for state in (before, after)]
         return gaps[1] >= gaps[0] and gaps[0] < 0.0
+
+
+class Lagged(Exact):
+    """The same with the torque behind a current loop of first order, its time constant in s, as fifth state."""
+
+    def __init__(self, pair: Pair, lag: float) -> None:
+        super().__init__(pair)
+        self.lag, self.state = lag, np.zeros(5)
+
+    def _generator(self, side: int, torque: float) -> Any:
+        own = super()._generator(side, 0.0)
+        made = np.zeros((6, 6))
+        made[:4, :4], made[:4, 5] = own[:4, :4], own[:4, 4]
+        made[1, 4] = 1.0 / self.pair.J1
+        made[4, 4], made[4, 5] = -1.0 / self.lag, torque / self.lag
+        return made

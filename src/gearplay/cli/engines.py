@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Workers = Annotated[
     int | None,
@@ -32,8 +32,8 @@ def chosen_engine(
     files = {name: path for name, path in zip(names, tls, strict=True) if path is not None}
     if files and scheduler is None:
         rule = "must be given together with --scheduler"
-        raise InputError(
-            Fault("--tls", ", ".join(map(str, files.values())), rule, "Give its address, or remove it")
+        raise InputError.of(
+            "--tls", ", ".join(map(str, files.values())), rule, "Give its address, or remove it"
         )
     return Engine(kind, workers, scheduler, files or None, _shard(shard))
 
@@ -44,5 +44,5 @@ def _shard(text: str | None) -> tuple[int, int] | None:
     found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
         rule = "must be i/n with 1 <= i <= n"
-        raise InputError(Fault("--shard", text, rule, "Write for example --shard 3/8"))
+        raise InputError.of("--shard", text, rule, "Write for example --shard 3/8")
     return int(found[1]), int(found[2])

@@ -82,7 +82,7 @@ def period_of(text: str) -> str | float:
 def with_options(error: GearplayError) -> GearplayError:
     """Return an error with the option names of the command line; the same object where nothing changes.
 
-    >>> print(with_options(InputError(Fault("at", "rim", "must be a rotor", "Choose another, or overwrite it"))))
+    >>> print(with_options(InputError.of("at", "rim", "must be a rotor", "Choose another, or overwrite it")))
     --at = "rim": must be a rotor. Choose another, or say --overwrite.
     """
     if isinstance(error, InputError):

@@ -10,7 +10,7 @@ from gearplay.cli.interrupts import CommandInterruptedError, interruptible
 from gearplay.cli.output import Json, pictures_in, print_json, print_text, say
 from gearplay.cli.progress import progress_bar
 from gearplay.files.atomic import check_new, make_folder, write_bytes, write_figures, write_text
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.exit_codes import PARTLY
 from gearplay.vocabulary.optional import load_optional
 from gearplay.work.pieces import PieceStore
@@ -61,14 +61,14 @@ def study(
     from gearplay.studies.han2021.simulation import CALIBRATED, PARAMETERS, Settings
 
     if name != "han2021":
-        raise InputError([Fault("study", name, "must be a known study", "Choose han2021.")])
+        raise InputError.of("study", name, "must be a known study", "Choose han2021.")
     chosen = list(PARAMETERS) if parameters == ALL else [parameters]
     if chosen[0] not in PARAMETERS:
         known = f"must be one of {', '.join(PARAMETERS)}, {ALL}"
-        raise InputError([Fault("--parameters", parameters, known, "Leave it out for the calibrated set.")])
+        raise InputError.of("--parameters", parameters, known, "Leave it out for the calibrated set.")
     if fit_drag and CALIBRATED in chosen:
         rule = "must go with assumed parameters: the calibrated drag is fitted already"
-        raise InputError([Fault("--fit-drag", parameters, rule, "Say --parameters assumed.")])
+        raise InputError.of("--fit-drag", parameters, rule, "Say --parameters assumed.")
     if pdf:
         load_optional("typst", "pdf")
     folder = out if out is not None else Path("out") / name

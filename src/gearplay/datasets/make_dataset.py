@@ -11,7 +11,7 @@ from gearplay.datasets.folder import gather, jobs_left, output_folder, run_in
 from gearplay.datasets.reading import load_dataset_plan
 from gearplay.datasets.result import DatasetResult, result_of
 from gearplay.files.plan_files import Source
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.progress import Progress
 from gearplay.work.engine import Engine
 from gearplay.work.folder import locked
@@ -103,7 +103,7 @@ def dataset_in(
     """
     if overwrite and engine.shard is not None:
         rule = "must not be given for one shard: it would remove the results of the others"
-        raise InputError(Fault("overwrite", overwrite, rule, "Remove it, or choose another folder"))
+        raise InputError.of("overwrite", overwrite, rule, "Remove it, or choose another folder")
 
     def work(place: Path) -> tuple[int, DatasetResult | None]:
         left = jobs_left(made, place, engine, retry=retry)

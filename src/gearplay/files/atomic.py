@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
-from gearplay.vocabulary.errors import Fault, InputError, TakenError
+from gearplay.vocabulary.errors import InputError, TakenError
 
 MARK: Final = b"gearplay sha256:"
 """Marker at the end of a file, before the SHA-256 of all bytes before it; HDF5 reads only up to its own end."""
@@ -34,7 +34,7 @@ def shown_path(path: Path) -> str:
 
 
 def _refusal(path: Path, rule: str, cure: str = "Choose another place.") -> InputError:
-    return InputError([Fault("out", shown_path(path), rule, cure)])
+    return InputError.of("out", shown_path(path), rule, cure)
 
 
 def _taken(path: Path, rule: str) -> TakenError:

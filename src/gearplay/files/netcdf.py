@@ -18,7 +18,7 @@ from gearplay.files.sandbox import READER, Request, SandboxError
 from gearplay.files.stored import Stored
 from gearplay.files.tables import dataset_as_csv, dataset_as_mat
 from gearplay.vocabulary.background import on_daemon_thread
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError
+from gearplay.vocabulary.errors import GearplayError, InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +33,7 @@ def check_ending(path: str | os.PathLike[str]) -> None:
     """Raise `InputError` where the ending of a file names no format that datasets are written in."""
     if Path(path).suffix.lower() not in ("", ".nc", ".nc4", ".csv", ".mat"):
         rule, cure = "must end in .nc, .csv or .mat, which name the format", "Choose one of these endings."
-        raise InputError([Fault("out", shown_path(Path(path)), rule, cure)])
+        raise InputError.of("out", shown_path(Path(path)), rule, cure)
 
 
 def is_table(path: str | os.PathLike[str]) -> bool:
@@ -225,4 +225,4 @@ def _check_digest(path: Path, size: int) -> bool:
 
 def _refusal(path: Path, words: str) -> InputError:
     rule, cure = f"must be a readable result file ({words})", "Check the path, or write the result again."
-    return InputError([Fault("file", shown_path(path), rule, cure)])
+    return InputError.of("file", shown_path(path), rule, cure)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -125,7 +125,7 @@ class Record:
         shown = ", ".join(self.names[:12]) + (", ..." if len(self.names) > 12 else "")
         close = get_close_matches(name or "", self.names, 1)
         cure = f"Did you mean '{close[0]}'?" if close else f"Channels: {shown or 'none'}"
-        raise InputError([Fault("channel", name, "must be a channel of the record", cure)])
+        raise InputError.of("channel", name, "must be a channel of the record", cure)
 
     @property
     def message(self) -> str:

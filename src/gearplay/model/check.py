@@ -21,7 +21,15 @@ from gearplay.model.pack import Packed, pack
 from gearplay.model.planetary_frequencies import SetFrequencies, set_frequencies
 from gearplay.model.reading import Source, load_case
 from gearplay.parts.drive.terms import largest_torque
-from gearplay.parts.rotor.schema import Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
+from gearplay.parts.rotor.schema import (
+    CascadeDrive,
+    Load,
+    PositionDrive,
+    Rotor,
+    ServoDrive,
+    SpeedDrive,
+    TorqueDrive,
+)
 from gearplay.schema.finding import Finding
 from gearplay.toothing.gear import inv
 
@@ -184,8 +192,8 @@ def _excites(rotor: Rotor) -> bool:
         or any((start.x, start.y, start.vx, start.vy, start.theta, start.omega))
         or ramped
         or rippling
-        or (isinstance(drive, TorqueDrive) and largest_torque(drive.torque, drive.terms, drive.table) != 0.0)
-        or isinstance(drive, PositionDrive)
+        or (isinstance(drive, TorqueDrive) and drive.largest_torque != 0.0)
+        or isinstance(drive, (PositionDrive, CascadeDrive))
     )
 
 

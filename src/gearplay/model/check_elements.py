@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from gearplay.model import geometry
-from gearplay.model.rolling import nominal_speeds
+from gearplay.model.rolling import LOOPS, nominal_speeds
 from gearplay.parts.tables import JOINTS
 from gearplay.schema.finding import Finding
 
@@ -44,7 +44,7 @@ def _rotor(case: Case, name: str, rotor: Rotor) -> Iterator[Finding]:
     if rotor.unbalance is not None and prescribed and geometry.is_held(case, name):
         text = "it does nothing, since centre and rotation are held; its force on the bearing is in no signal"
         yield Finding("warning", f"rotors.{name}.unbalance", f"{text}.")
-    if drive is not None and drive.kind == "position" and drive.sample_time > 0.0:
+    if drive is not None and drive.kind in LOOPS and drive.sample_time > 0.0:
         samples = (case.run.transient + case.run.duration) / drive.sample_time
         if samples < FEWEST_SAMPLES:
             text = f"the whole run holds {samples:.3g} samples of the control: the torque is held in between"

@@ -41,7 +41,7 @@ def _transient(case: Case) -> Iterator[Finding]:
     for rotor in case.rotors.values():
         loads.append(largest_torque(rotor.load.torque, rotor.load.terms, rotor.load.table))
         if isinstance(rotor.drive, TorqueDrive):
-            loads.append(largest_torque(rotor.drive.torque, rotor.drive.terms, rotor.drive.table))
+            loads.append(rotor.drive.largest_torque)
     applied = (
         f": torques of up to {max(loads):.4g} N m act at once, which may double what they press with"
         if max(loads) > 0.0

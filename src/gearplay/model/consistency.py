@@ -223,9 +223,10 @@ def _gear_faults(rotors: Mapping[str, Rotor | Raw], meshes: Sequence[Mesh | Raw]
 
 def _sensor_faults(rotors: Mapping[str, Rotor | Raw], names: set[str]) -> Iterator[Fault]:
     for name, rotor in rotors.items():
-        sensor = _text(_read(rotor, "drive"), "sensor")
-        if sensor is not None and sensor not in names:
-            yield _unknown(join_path(["rotors", name, "drive", "sensor"]), sensor, names)
+        for field in ("sensor", "speed_sensor"):
+            sensor = _text(_read(rotor, "drive"), field)
+            if sensor is not None and sensor not in names:
+                yield _unknown(join_path(["rotors", name, "drive", field]), sensor, names)
 
 
 def _faults_of_parts(parts: Mapping[str, Any]) -> Iterator[Fault]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.mesh_packing import harmonic_rows
+from gearplay.model.set_point_packing import SetPoints
 from gearplay.parts.assembly import Assembly, blank
 from gearplay.parts.drive import excitation
 from gearplay.schema.records import cubic_pieces, edges
@@ -28,9 +29,15 @@ def refuse_senseless(name: str, field: str, value: str) -> NoReturn:
 
 
 def pack_excitations(
-    case: "Case", assembly: Assembly, rotors: Any, senses: Floats, start: int, record: Floats
+    case: "Case",
+    assembly: Assembly,
+    rotors: Any,
+    senses: Floats,
+    start: int,
+    record: Floats,
+    set_points: SetPoints,
 ) -> tuple[Floats, Floats, set[float]]:
-    """Add an element for every rotor whose torque has terms or a table.
+    """Add an element for every rotor whose torque has terms, a table or a set-point over time.
 
     Return its rows of terms, which begin at row ``start``, the pieces of ``record`` with those of tables behind, and when tables
     begin and end [s].
@@ -40,19 +47,23 @@ def pack_excitations(
     for i, (name, given) in enumerate(case.rotors.items()):
         torque = given.drive if given.drive is not None and given.drive.kind == "torque" else None
         terms, table = (torque.terms, torque.table) if torque is not None else ((), None)
+        over_time = torque.over_time if torque is not None else None
         load, opposing = given.load, -float(senses[i])
-        if not (terms or table or load.terms or load.table):
+        if not (terms or table or over_time or load.terms or load.table):
             continue
         for field in ("terms", "table"):
             if getattr(load, field) and opposing == 0.0:
                 refuse_senseless(name, field, "given")
         each = blank(excitation.RECORD)
         each.rotor, each.start = i, start + len(rows)
+        wave = set_points.add(each, over_time)
+        each.constant = 0.0 if over_time is None else over_time.constant
         of_drive, of_load = _term_rows(terms, 1.0), _term_rows(load.terms, opposing)
         each.in_time, each.in_rotation = map(len, of_drive)
         each.load_in_time, each.load_in_rotation = map(len, of_load)
         rows += [row for part in (*of_drive, *of_load) for row in part]
         fastest = max((row[0] for row in (*of_drive[0], *of_load[0])), default=0.0)
+        fastest = max(fastest, wave)
         for prefix, tabled, sign in (("", table, 1.0), ("load_", load.table, opposing)):
             if tabled is not None:
                 record = _add_table(each, prefix, tabled, sign, record)

@@ -10,7 +10,7 @@ from gearplay.parts.rotor.gear import split_name
 from gearplay.parts.rotor.schema import POSITION_TOLERANCE, place_words
 from gearplay.toothing.gear import DrawnGear
 from gearplay.toothing.pair import GearPair
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -226,15 +226,11 @@ def mesh_frame(case: "Case", j: int) -> str | None:
     carriers = {carrier_of(case, n) for n in mesh.rotors} - {None, *mesh.rotors}
     if len(carriers) > 1:
         names = " and ".join(sorted(str(c) for c in carriers))
-        raise InputError(
-            [
-                Fault(
-                    f"meshes.{j}",
-                    names,
-                    "both gears of a mesh must share one carrier",
-                    "Mount one of them elsewhere.",
-                )
-            ]
+        raise InputError.of(
+            f"meshes.{j}",
+            names,
+            "both gears of a mesh must share one carrier",
+            "Mount one of them elsewhere.",
         )
     return next(iter(carriers), None)
 
@@ -276,7 +272,7 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
             if math.dist(found[first], found[other]) > POSITION_TOLERANCE:
                 rule = f"must be that of {first}, since a coupling of ratio 1 puts both on one axis"
                 cure = f"Leave one position out, or place it at {place_words(*found[first])}"
-                raise InputError([Fault(f"rotors.{other}.position", place_words(*found[other]), rule, cure)])
+                raise InputError.of(f"rotors.{other}.position", place_words(*found[other]), rule, cure)
     return found
 
 

@@ -17,7 +17,7 @@ from gearplay.parts.mesh import geometry as mesh_geometry
 from gearplay.parts.mesh import law as mesh_element
 from gearplay.parts.mesh.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
 from gearplay.parts.rotor.schema import place_words
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -81,15 +81,11 @@ def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, flo
     if not m.A_min < m.A0 < m.A_max:
         way = (dx / m.A0, dy / m.A0) if m.A0 > 0.0 else (1.0, 0.0)
         place = place_words(*(c + working * each for c, each in zip(centres[foot], way, strict=True)))
-        raise InputError(
-            [
-                Fault(
-                    f"rotors.{tip}.position",
-                    f"{1e3 * m.A0:.6g} mm from {foot}",
-                    f"the centres of mesh {j} must be between {1e3 * m.A_min:.6g} mm and {1e3 * m.A_max:.6g} mm apart",
-                    f"Place them {1e3 * working:.6g} mm apart, {tip} at {place}, or leave the position out.",
-                )
-            ]
+        raise InputError.of(
+            f"rotors.{tip}.position",
+            f"{1e3 * m.A0:.6g} mm from {foot}",
+            f"the centres of mesh {j} must be between {1e3 * m.A_min:.6g} mm and {1e3 * m.A_max:.6g} mm apart",
+            f"Place them {1e3 * working:.6g} mm apart, {tip} at {place}, or leave the position out.",
         )
     m.u0_x, m.u0_y = dx / m.A0, dy / m.A0
     m.cos_alpha0 = m.c0 / m.A0

@@ -11,7 +11,7 @@ from gearplay.parts.mesh.tooth_stiffness import STIFFNESS_FOURIER, STIFFNESS_SPL
 from gearplay.schema.records import extremes
 from gearplay.toothing.gear import DrawnGear
 from gearplay.toothing.iso6336 import STEEL, mean_factor, single_stiffness
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -144,16 +144,12 @@ def pack_stiffness(case: "Case", j: int) -> PackedStiffness:
     if given.kind == "square":
         ratio = given.contact_ratio if given.contact_ratio is not None else pair_of(case, j).contact_ratio
         if ratio >= 2.0:
-            raise InputError(
-                [
-                    Fault(
-                        f"meshes.{j}.stiffness.kind",
-                        "square",
-                        f"the wave is of one pair of teeth and two, but by a contact ratio of {ratio:.3g} there"
-                        " are always two",
-                        "Give stiffness.contact_ratio below 2, or the curve as kind table.",
-                    )
-                ]
+            raise InputError.of(
+                f"meshes.{j}.stiffness.kind",
+                "square",
+                f"the wave is of one pair of teeth and two, but by a contact ratio of {ratio:.3g} there"
+                " are always two",
+                "Give stiffness.contact_ratio below 2, or the curve as kind table.",
             )
         duty = max(ratio - 1.0, 0.0)
         return PackedStiffness(STIFFNESS_SQUARE, given.double, given.single, duty, given.phase, none)

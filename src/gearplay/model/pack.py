@@ -1,6 +1,5 @@
 """Packing: from a validated case with full names to records with kernel symbols."""
 
-import math
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -15,9 +14,11 @@ from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
 from gearplay.model.massless import refuse_massless
 from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
 from gearplay.model.natural_sizes import natural_sizes
+from gearplay.model.position_packing import pack_position_loops
+from gearplay.model.set_point_packing import SetPoints
 from gearplay.model.tooth_deflections import damping_depths
 from gearplay.parts.assembly import Assembly, blank
-from gearplay.parts.drive import positioner, servo
+from gearplay.parts.drive import servo
 from gearplay.parts.housing import law as housing
 from gearplay.parts.protocol import Packing
 from gearplay.parts.registry import EXCITATION, KINDS, MESH, POSITIONER
@@ -76,7 +77,7 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
         # Of a carried rotor it acts relative to the pin: in its sleeve, or its support.
         r.radial_damping = given.radial_damping if geometry.carrier_of(case, name) is None else 0.0
         r.drive, r.controller, r.excitation, r.group = layout.DRIVE_NONE, -1, -1, -1
-        if drive is None or drive.kind == "position":
+        if drive is None or drive.kind in rolling.LOOPS:
             continue
         if drive.kind == "torque":
             r.torque += drive.torque
@@ -96,16 +97,17 @@ def _refuse_moving(name: str, start: Any) -> None:
     raise InputError.of(f"rotors.{name}.initial.{axis}", getattr(start, axis), rule, cure)
 
 
-def _pack_servos(case: "Case", assembly: Assembly, rotors: Any) -> None:
+def _pack_servos(case: "Case", assembly: Assembly, rotors: Any, set_points: SetPoints) -> None:
     for i, (name, given) in enumerate(case.rotors.items()):
         drive = given.drive
         if drive is None or drive.kind != "servo":
             continue
         s = blank(servo.RECORD)
-        s.rotor, s.speed = i, drive.speed
+        s.rotor, s.speed = i, drive.speed if drive.over_time is None else drive.over_time.constant
+        rate = set_points.add(s, drive.over_time)
         s.gain, s.integral_gain, s.limit = drive.proportional_gain, drive.integral_gain, drive.torque_limit
         rotors[i].controller = len(assembly.entries)
-        assembly.add(servo, name, s, [i], always=True, switches=1, states=1)
+        assembly.add(servo, name, s, [i], always=True, switches=1, states=1, rate=rate)
 
 
 def _pack_holders(case: "Case", packing: Packing, kinds: Container[int]) -> None:
@@ -128,28 +130,6 @@ def _pack_ripples(case: "Case", rotors: Any, start: int) -> Floats:
         r.ripple_curvature = sum(term.order * term.amplitude for term in drive.ripple) * drive.speed**2
         r.ripple_rate = max(term.order for term in drive.ripple) * abs(drive.speed)
     return np.array(rows).reshape(-1, 3)
-
-
-def _pack_positioners(case: "Case", assembly: Assembly, rotors: Any) -> None:
-    places = {name: i for i, name in enumerate(case.rotors)}
-    for name, given in case.rotors.items():
-        drive = given.drive
-        if drive is None or drive.kind != "position":
-            continue
-        record, sensor = blank(positioner.RECORD), drive.sensor or name
-        record.sense = rolling.sense_between(case, name, sensor) if sensor != name else 1.0
-        if record.sense == 0.0:
-            rule = f"must be a rotor that turns with {name}"
-            raise InputError.of(f"rotors.{name}.drive.sensor", sensor, rule, "Name one of the same train")
-        record.rotor, record.sensor, record.angle = places[name], places[sensor], drive.angle
-        record.proportional_gain, record.integral_gain = drive.proportional_gain, drive.integral_gain
-        record.derivative_gain, record.limit = drive.derivative_gain, drive.torque_limit
-        record.sample_time = drive.sample_time
-        joined = [places[name]] if sensor == name else [places[name], places[sensor]]
-        rate = 2.0 * math.pi / drive.sample_time if drive.sample_time > 0.0 else 0.0
-        states = 2 if drive.sample_time > 0.0 else 1
-        rotors[places[name]].controller = len(assembly.entries)
-        assembly.add(positioner, name, record, joined, always=True, switches=1, states=states, rate=rate)
 
 
 def pack(
@@ -178,7 +158,8 @@ def pack(
     senses = np.sign(moving)
     rotors = _pack_rotors(case, speeds, senses)
     assembly = Assembly(len(rotors))
-    _pack_servos(case, assembly, rotors)
+    set_points = SetPoints()
+    _pack_servos(case, assembly, rotors, set_points)
     packing = Packing(assembly, case.rotors, rotors, centres, case.formulation == "as_published")
     packing.faults = case.faults
     _pack_holders(case, packing, range(MESH))
@@ -193,12 +174,15 @@ def pack(
 
         whole = case.run.transient + case.run.duration if span is None else span
         base, record = case.base.pack(whole, Member(case.run.seed, member))
-    rows, record, stops = pack_excitations(case, assembly, rotors, senses, len(packing.terms), record)
+    rows, record, stops = pack_excitations(
+        case, assembly, rotors, senses, len(packing.terms), record, set_points
+    )
     packing.terms += rows.tolist()
     if case.base is not None:  # an element that shows it
         assembly.add(housing, "base", blank(housing.RECORD), [0])
-    _pack_positioners(case, assembly, rotors)
+    pack_position_loops(case, assembly, rotors, set_points)
     _pack_holders(case, packing, range(POSITIONER, len(KINDS)))
+    record = set_points.place(packing.terms, record)
     gravity = np.array(case.gravity, dtype=np.float64)
     system = assembly.system(
         rotors,
@@ -210,7 +194,7 @@ def pack(
         base=base,
         record=record,
     )
-    stops |= {float(r.ramp_time) for r in rotors}
+    stops |= set_points.stops | {float(r.ramp_time) for r in rotors}
     if case.base is not None:
         stops |= edges(float(base[housing_motion.START]), float(base[housing_motion.END]))
     return Packed(

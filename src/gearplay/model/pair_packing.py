@@ -13,7 +13,7 @@ from gearplay.toothing.gear import DrawnGear, inv
 from gearplay.toothing.pair import GearPair
 from gearplay.toothing.path_stiffness import PathStiffness
 from gearplay.toothing.quality import GearDeviations, draw_deviations
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -50,7 +50,7 @@ def pair_contacts(case: "Case", j: int) -> int:
     slots = math.ceil((reach[1] - reach[0]) / pair.first.base_pitch) + SPARE
     if slots > MOST:
         rule = f"must be mesh where more than {MOST - SPARE} pairs of teeth are in contact at once"
-        raise InputError(Fault(f"meshes.{j}.contact", "pairs", rule, 'Take contact = "mesh"'))
+        raise InputError.of(f"meshes.{j}.contact", "pairs", rule, 'Take contact = "mesh"')
     return slots
 
 

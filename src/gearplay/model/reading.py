@@ -190,7 +190,7 @@ def _fields(part: Part) -> dict[str, Any]:
 
 def _changed(document: dict[str, Any], changes: Sequence[tuple[str, Any]], folder: Path = Path()) -> Case:
     """Return the case of a raw one with changes; its own files lie in ``folder``, those of changes in the current directory."""
-    without_replaced(document, [path for path, _ in changes])
+    without_replaced(document, changes)
     document = with_tables(document, folder)
     faults = [fault for path, value in changes if (fault := apply_change(document, path, value)) is not None]
     try:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Container
 from contextlib import suppress
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
+
+LOOPS: Final = ("position", "cascade")
+"""Kinds of drives that bring a rotor to an angle."""
 
 
 def conditions(case: "Case", places: dict[str, int], *, held: bool) -> tuple[Row, ...]:
@@ -112,9 +115,7 @@ def free_turns(case: "Case") -> NDArray[np.float64]:
 
     Orthonormal; none where everything is held.
     """
-    fixed = [
-        i for i, r in enumerate(case.rotors.values()) if r.drive and r.drive.kind in ("speed", "position")
-    ]
+    fixed = [i for i, r in enumerate(case.rotors.values()) if r.drive and r.drive.kind in ("speed", *LOOPS)]
     matrix = np.vstack(
         [rolling_conditions(case), np.eye(len(case.rotors))[fixed], np.zeros((1, len(case.rotors)))]
     )
@@ -134,7 +135,7 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
     Raises `InputError` where the prescribed speeds contradict each other.
     """
     given = {
-        n: 0.0 if r.drive.kind == "position" else r.drive.speed
+        n: 0.0 if r.drive.kind in LOOPS else r.drive.speed
         for n, r in case.rotors.items()
         if r.drive is not None and r.drive.kind != "torque"
     }
@@ -154,9 +155,12 @@ def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.fl
         for n, r in case.rotors.items()
         if r.drive is not None and (r.drive.kind == "speed" or r.drive.kind == "servo")
     }
-    if not any(d.ramp > 0.0 for d in drives.values()):
+    given = {
+        n: d.start_speed if d.ramp > 0.0 else d.first_speed if d.kind == "servo" else d.speed
+        for n, d in drives.items()
+    }
+    if all(given[n] == d.speed for n, d in drives.items()):
         return nominal
-    given = {n: (d.start_speed if d.ramp > 0.0 else d.speed) for n, d in drives.items()}
     try:
         return _roll(case, given, held=True)
     except InputError:
@@ -191,11 +195,15 @@ def moving_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.floa
     pushes: dict[str, float] = {}
     for name, r in case.rotors.items():
         if r.drive is not None and r.drive.kind == "torque":
-            pushes[name] = pushes.get(name, 0.0) + r.drive.torque
-        elif (
-            r.drive is not None and r.drive.kind == "position"
-        ):  # towards the angle that the sensor's rotor shall have
-            torque = min(abs(r.drive.proportional_gain * r.drive.angle), r.drive.torque_limit)
+            varying = 0.0 if r.drive.over_time is None else r.drive.over_time.nominal
+            pushes[name] = pushes.get(name, 0.0) + (r.drive.torque or varying)
+        elif r.drive is not None and r.drive.kind in LOOPS:  # towards the angle of the sensor's rotor
+            gain = (
+                r.drive.proportional_gain
+                if r.drive.kind == "position"
+                else r.drive.position_gain * r.drive.speed_gain
+            )
+            torque = min(abs(gain * r.drive.angle), r.drive.torque_limit)
             at = r.drive.sensor or name
             pushes[at] = pushes.get(at, 0.0) + math.copysign(torque, r.drive.angle)
     pushes = {name: torque for name, torque in pushes.items() if torque}
@@ -247,12 +255,10 @@ def _as_far_as_held(case: "Case", given: dict[str, float]) -> NDArray[np.float64
     return solved_by_rank([picked(places, given), rolls], len(places))
 
 
-def sense_between(case: "Case", one: str, other: str) -> float:
-    """Return +1 where two rotors turn alike as the train rolls, -1 where they turn against each other, 0 where neither moves the
-    other.
-    """
+def ratio_between(case: "Case", one: str, other: str) -> float:
+    """Return the turns of ``other`` per turn of ``one`` as the train rolls, 0 where neither moves the other."""
     speeds = _as_far_as_held(case, {one: 1.0})
-    return float(np.sign(speeds[list(case.rotors).index(other)]))
+    return float(speeds[list(case.rotors).index(other)])
 
 
 def first_mesh_frequency(case: "Case") -> float:

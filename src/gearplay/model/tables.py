@@ -2,31 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
+from gearplay.model.deviation_files import fill_deviations, raw_gears
 from gearplay.model.toml_files import read_text
 from gearplay.parts.planetary.names import MEMBERS
-from gearplay.vocabulary.errors import NO_VALUE, InputError, shorten
+from gearplay.vocabulary.errors import InputError, shorten
 
 EQUAL: Final = 1e-6
 """Relative difference of steps that still count as equal."""
 
 
+SET_POINTS: Final = {"torque": "torque", "servo": "speed", "position": "angle", "cascade": "angle"}
+"""Field of the set-point of a drive, by its kind."""
+
 FILLED: Final = ("values", "sampling", "start")
 """Fields of a record that are read from its file."""
 
 
-def without_replaced(document: dict[str, Any], paths: Iterable[str]) -> None:
-    """Remove the fields that a changed ``file`` defines from the records of a raw case; ``paths`` are those of all changes."""
-    for path in paths:
+def without_replaced(document: dict[str, Any], changes: Iterable[tuple[str, Any]]) -> None:
+    """Remove what changes (path, value) redefine from a raw case: the record of a changed ``file``, the set-point over time of a
+    drive whose constant is changed; a torque over time is kept beside another constant.
+    """
+    for path, value in changes:
         *way, last = (part.strip() for part in path.split("."))
-        place: Any = document
-        for part in way:
-            place = place.get(part) if isinstance(place, dict) else None
-        if last == "file" and isinstance(place, dict):
+        place = _place(document, way)
+        if not isinstance(place, dict):
+            continue
+        if last == SET_POINTS.get(str(place.get("kind"))):
+            if last != "torque" or isinstance(value, Mapping) or _is_file(value):
+                place.pop("over_time", None)
+        elif last == "file":
             for field in ("file", *FILLED):
                 place.pop(field, None)
 
@@ -39,7 +48,7 @@ def brings_file(path: str, value: Any) -> bool:
     >>> brings_file("run.seed", 3)
     False
     """
-    if path.rpartition(".")[2].strip() == "file":
+    if path.rpartition(".")[2].strip() == "file" or _is_file(value):
         return True
     return isinstance(value, Mapping) and any(brings_file(str(name), each) for name, each in value.items())
 
@@ -47,79 +56,61 @@ def brings_file(path: str, value: Any) -> bool:
 def with_tables(document: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Return a raw case whose records hold their values: those of a ``file``, a path from ``folder``.
 
-    These are the housing's acceleration and the tables of drives and loads. Raises `InputError` for a file that is no table of
-    time [s] and a value [SI] in equal steps.
+    These are the housing's acceleration, the tables of drives and loads, and set-points of drives over time, which go into
+    ``over_time``. Raises `InputError` for a file that is no table of time [s] and a value [SI], in equal steps but for set-points.
     """
-    ways: list[tuple[str, ...]] = [("base", "acceleration")]
+    bodies: list[tuple[str, ...]] = []
     rotors = document.get("rotors")
-    for name in rotors if isinstance(rotors, Mapping) else ():
-        ways += [("rotors", str(name), part, "table") for part in ("drive", "load")]
+    bodies += [("rotors", str(name)) for name in (rotors if isinstance(rotors, Mapping) else ())]
     sets = document.get("planetary")
     for name in sets if isinstance(sets, Mapping) else ():
-        for member in MEMBERS:
-            ways += [("planetary", str(name), member, part, "table") for part in ("drive", "load")]
+        bodies += [("planetary", str(name), member) for member in MEMBERS]
+    ways = [
+        ("base", "acceleration"),
+        *((*body, part, "table") for body in bodies for part in ("drive", "load")),
+    ]
     for way in ways:
-        place: Any = document
-        for part in way:
-            place = place.get(part) if isinstance(place, dict) else None
+        place = _place(document, way)
         if isinstance(place, dict) and "file" in place:
             _fill(place, ".".join(way), folder)
-    for path, gear in _raw_gears(document):
+    for path, gear in raw_gears(document):
         if isinstance(given := gear.get("deviations"), dict):
-            _fill_deviations(given, f"{path}.deviations", folder)
+            fill_deviations(given, f"{path}.deviations", folder)
+    for body in bodies:
+        drive = _place(document, (*body, "drive"))
+        if isinstance(drive, dict):
+            _set_over_time(drive, ".".join((*body, "drive")), folder)
     return document
 
 
-def _raw_gears(document: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the raw tables of a case that may be gears, with their paths."""
-    rotors, sets = document.get("rotors"), document.get("planetary")
-    for name, rotor in rotors.items() if isinstance(rotors, Mapping) else ():
-        if isinstance(rotor, dict):
-            yield f"rotors.{name}", rotor
-            gears = rotor.get("gears")
-            for gear, each in gears.items() if isinstance(gears, Mapping) else ():
-                if isinstance(each, dict):
-                    yield f"rotors.{name}.gears.{gear}", each
-    for name, given in sets.items() if isinstance(sets, Mapping) else ():
-        for member in MEMBERS:
-            if isinstance(given, Mapping) and isinstance(each := given.get(member), dict):
-                yield f"planetary.{name}.{member}", each
+def _place(document: dict[str, Any], way: Iterable[str]) -> Any:
+    place: Any = document
+    for part in way:
+        place = place.get(part) if isinstance(place, dict) else None
+    return place
 
 
-def _fill_deviations(given: dict[str, Any], path: str, folder: Path) -> None:
-    """Put the columns of their files, in um, into raw deviations of teeth: ``pitch``, and slope and form of a ``profile``."""
-    for field, names in (("pitch", ("pitch",)), ("profile", ("slope", "form"))):
-        if not isinstance(name := given.get(field), str):
-            continue
-        del given[field]
-        for column in names:
-            if column in given:
-                rule = "must not be given beside a profile, which says it"
-                raise InputError.of(f"{path}.{column}", NO_VALUE, rule, "Remove one of the two")
-        rows = _numbers(f"{path}.{field}", folder / name, len(names))
-        given |= {column: [1e-6 * row[k] for row in rows] for k, column in enumerate(names)}
+def _is_file(value: Any) -> bool:
+    return isinstance(value, str) and value.strip().lower().endswith(".csv")
 
 
-def _numbers(at: str, path: Path, columns: int) -> list[list[float]]:
-    """Return the rows of a text file of so many columns, apart by commas, semicolons, tabs or blanks; heads may be first."""
-    rows: list[list[float]] = []
-    for number, line in enumerate(read_text(path, what=at).splitlines(), start=1):
-        words = line.replace(",", " ").replace(";", " ").split()
-        if not words or words[0].startswith("#"):
-            continue
-        try:
-            row = [float(word) for word in words]
-        except ValueError:
-            row = []
-            if not rows and number <= 2:
-                continue
-        if len(row) != columns:
-            rule = (
-                f"must have {columns} numbers [um] in each line, one line a tooth, but line {number} has not"
-            )
-            raise InputError.of(at, shorten(path.name), rule, "Use a point as decimal sign")
-        rows.append(row)
-    return rows
+def _set_over_time(drive: dict[str, Any], path: str, folder: Path) -> None:
+    """Write a set-point over time of a raw drive, a table or the name of a file in place of its number, into ``over_time``."""
+    field = SET_POINTS.get(str(drive.get("kind")))
+    if field is None:
+        return
+    given = drive.get(field)
+    if isinstance(given, dict) or _is_file(given):
+        if "over_time" in drive:
+            rule = f"must not be given beside {field} over time, which says it"
+            raise InputError.of(f"{path}.over_time", "given", rule, "Remove one of the two")
+        drive["over_time"], drive[field] = {"table": given} if _is_file(given) else given, 0.0
+    over_time = drive.get("over_time")
+    if isinstance(over_time, dict):
+        drive.setdefault(field, 0.0)
+        if _is_file(over_time.get("table")):
+            times, values = _columns(f"{path}.{field}", folder / over_time["table"].strip())
+            over_time["table"] = [list(point) for point in zip(times, values, strict=True)]
 
 
 def _fill(given: dict[str, Any], path: str, folder: Path) -> None:

@@ -25,7 +25,7 @@ from gearplay.solver.integration import OutOfTimeError
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import state_names
 from gearplay.vocabulary.cores import worker_count
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError
+from gearplay.vocabulary.errors import GearplayError, InputError
 from gearplay.vocabulary.progress import Progress, ticking
 
 if TYPE_CHECKING:
@@ -223,7 +223,7 @@ def basins(
     pair = pair_coordinates(flow)
     places = [_place(flow, grid, pair) for grid in grids]
     if places[0] == places[1]:
-        raise InputError(Fault("second", grids[1].name, "must be another entry than the first", "Choose one"))
+        raise InputError.of("second", grids[1].name, "must be another entry than the first", "Choose one")
     total = grids[0].count * grids[1].count
     check_work(
         "basins",
@@ -281,10 +281,10 @@ def _place(flow: Flow, grid: Grid, pair: PairCoordinates | None) -> int:
     free = flow.free_names if pair is None else [*NAMES, *flow.free_names]
     if grid.name not in free:
         rule = "must be an entry of the state that is not prescribed"
-        raise InputError(Fault("name", grid.name, rule, f"Choose from: {', '.join(free)}"))
+        raise InputError.of("name", grid.name, rule, f"Choose from: {', '.join(free)}")
     if not grid.low < grid.high:
-        raise InputError(
-            Fault(grid.name, f"{grid.low:g} to {grid.high:g}", "must have low below high", "Correct it")
+        raise InputError.of(
+            grid.name, f"{grid.low:g} to {grid.high:g}", "must have low below high", "Correct it"
         )
     name = ENTRIES[NAMES.index(grid.name)] if grid.name in NAMES else grid.name
     return state_names(flow.packed).index(name)

@@ -22,7 +22,7 @@ from gearplay.solver.limits import check_work
 from gearplay.solver.observables import Observables
 from gearplay.solver.trajectory import all_columns
 from gearplay.vocabulary.cores import worker_count
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError, ResourceError, SimulationError
+from gearplay.vocabulary.errors import GearplayError, InputError, ResourceError, SimulationError
 from gearplay.vocabulary.progress import Progress, ticking
 
 Floats = NDArray[np.float64]
@@ -147,9 +147,9 @@ def bifurcation(
         )
     numbers = np.array([varied.number(value, f"values.{at}") for at, value in enumerate(values)])
     if not numbers.size or not np.all(np.diff(numbers) > 0.0):
-        raise InputError(Fault("values", "the list", "must have values that rise", "Sort it"))
+        raise InputError.of("values", "the list", "must have values that rise", "Sort it")
     if not directions or set(directions) - {"up", "down"} or len(set(directions)) < len(directions):
-        raise InputError(Fault("directions", list(directions), "must be up, down or both", "Correct it"))
+        raise InputError.of("directions", list(directions), "must be up, down or both", "Correct it")
     base, threads = varied.case(numbers[0]), threads or worker_count()
     family = varied.family(base, keep_load=keep_load)
     first = family(float(numbers[0]))

@@ -23,7 +23,7 @@ from gearplay.solver.deadline import limited
 from gearplay.solver.flow import Flow
 from gearplay.solver.integration import OutOfTimeError
 from gearplay.solver.limits import check_work
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -106,7 +106,7 @@ def portrait(
     packed, signals = flow.packed, flow.free_names
     if not signals:
         rule = "must leave a rotor free to move or turn"
-        raise InputError(Fault("rotors", ", ".join(packed.rotor_names), rule, "Give one a sleeve or a load"))
+        raise InputError.of("rotors", ", ".join(packed.rotor_names), rule, "Give one a sleeve or a load")
     step, parts = section_period(packed, period), PARTS
     with contextlib.suppress(InputError):  # of a mesh period where there is one
         parts = PARTS * max(1, min(100, round(step / section_period(packed, "mesh"))))
@@ -179,7 +179,7 @@ def stored_portrait(result: Result, rotors: list[str], window: tuple[float, floa
     ]
     if not signals:
         rule = "must name a rotor that moves, with x, y, vx, vy or theta, omega kept"
-        raise InputError(Fault("at", ", ".join(rotors) or "none", rule, f"Rotors: {', '.join(case.rotors)}"))
+        raise InputError.of("at", ", ".join(rotors) or "none", rule, f"Rotors: {', '.join(case.rotors)}")
     variables: dict[str, Any] = {
         "contact": ("onset_time", np.zeros(0, dtype=object), {"long_name": "contact that begins"})
     }

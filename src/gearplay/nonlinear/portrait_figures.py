@@ -13,7 +13,7 @@ from gearplay.pictures.extremes import thinned_path
 from gearplay.pictures.style import CLEARANCE, COUPLED, MOST_POINTS, draw_circle, is_still, note_still
 from gearplay.pictures.words import plain, shown_in
 from gearplay.results.titles import words_of
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,7 +50,7 @@ def portrait_drawing(portrait: "xr.Dataset", *, rotors: tuple[str, ...] = (), ti
     ]
     if not panels:
         rule = "must name a rotor that is free to move or turn"
-        raise InputError(Fault("rotor", ", ".join(chosen), rule, "Leave it out to see all that are"))
+        raise InputError.of("rotor", ", ".join(chosen), rule, "Leave it out to see all that are")
     shown = list(dict.fromkeys(rotor for rotor, _, _ in panels))
     alone = len(shown) == 1  # in two columns, else each rotor in its row
     columns = min(2, len(panels)) if alone else len(PLANES)

@@ -37,7 +37,7 @@ def check_span(case: Case, field: str, given: float | str, span: float, *, per: 
     if period is not None and span < LEAST * period * (1.0 - 1e-9):
         least = LEAST * period * per
         rule = f"must cover at least {LEAST} mesh periods of {period:.4g} s; it covers {span / period:.3g}"
-        raise InputError(Fault(field, given, rule, f"Give {least:.4g} s or more"))
+        raise InputError.of(field, given, rule, f"Give {least:.4g} s or more")
 
 
 def slow_oscillation(samples: Floats, span: float, still: float = 0.0) -> float:

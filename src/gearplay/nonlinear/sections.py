@@ -21,7 +21,7 @@ from gearplay.solver.flow import Flow
 from gearplay.solver.integration import OutOfTimeError
 from gearplay.solver.limits import check_work
 from gearplay.solver.observables import Observables
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -209,9 +209,9 @@ def impacts(
     labels = flow.packed.contact_labels
     if contact not in labels:
         rule = "must be a contact of this case"
-        raise InputError(Fault("contact", contact, rule, f"Choose from: {', '.join(labels)}"))
+        raise InputError.of("contact", contact, rule, f"Choose from: {', '.join(labels)}")
     if change not in CHANGES:
-        raise InputError(Fault("change", change, "must be onset or release", "Choose one"))
+        raise InputError.of("change", change, "must be onset or release", "Choose one")
     end = base.run.transient + base.run.duration
     check_work("impacts", flow.packed, seconds=end)
     start = flow.start(usual_member(base) if member is None else member)

@@ -15,7 +15,7 @@ from gearplay.model.variables import VARIABLES
 from gearplay.solver.continuation import End
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Column, ContactStatistics, Counters, Trajectory
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def _check_signal(name: str, variable: "xr.DataArray", done: list[bool]) -> None
 
 
 def _refuse(path: str, value: object, rule: str) -> None:
-    raise InputError([Fault(path, value, rule, "Simulate the case again")])
+    raise InputError.of(path, value, rule, "Simulate the case again")
 
 
 class DatasetSamples:

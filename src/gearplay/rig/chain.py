@@ -219,21 +219,21 @@ def _kept(
     factor = round(sampling / rate) if math.isfinite(sampling) else 0
     if factor < LEAST_FACTOR or abs(factor * rate - sampling) > 1e-9 * sampling:
         rule = f"must be a whole multiple, {LEAST_FACTOR} or more, of the collector's rate, {rate:g} Hz"
-        raise InputError(Fault("sampling", sampling, rule, "Resample, or change collector.sampling"))
+        raise InputError.of("sampling", sampling, rule, "Resample, or change collector.sampling")
     for name, value in (("settling", settling), ("duration", duration), ("start", start)):
         if value is not None and not (math.isfinite(value) and (value >= 0.0 or name == "start")):
-            raise InputError(Fault(name, value, "must be a finite time, 0 s or more", "Give seconds"))
+            raise InputError.of(name, value, "must be a finite time, 0 s or more", "Give seconds")
     covered, first = samples // factor, round(settling * rate)
     size = covered - first if duration is None else round(duration * rate)
     if size < 1 or first + size > covered:
         rule = f"must leave at least one of the {covered} samples at {rate:g} Hz that the acceleration covers"
         named, value = ("settling", settling) if duration is None else ("duration", duration)
-        raise InputError(Fault(named, value, rule, "Shorten it, or give a longer acceleration"))
+        raise InputError.of(named, value, rule, "Shorten it, or give a longer acceleration")
     return slice(first * factor, (first + size) * factor, factor)
 
 
 def _seeds(seed: int | Sequence[int]) -> list[int]:
     numbers = [seed] if isinstance(seed, int) else list(seed)
     if not numbers or any(isinstance(n, bool) or not isinstance(n, int) or n < 0 for n in numbers):
-        raise InputError(Fault("seed", seed, "must be a whole number, 0 or more", "Choose another"))
+        raise InputError.of("seed", seed, "must be a whole number, 0 or more", "Choose another")
     return numbers

@@ -158,5 +158,5 @@ def _samples(name: str, value: float, rate: float, *, least: int) -> int:
     count = value * rate if math.isfinite(value) else -1.0
     if round(count) < least:
         rule = f"must be a finite time of at least {least / rate:g} s"
-        raise InputError(Fault(name, value, rule, "Give seconds"))
+        raise InputError.of(name, value, rule, "Give seconds")
     return round(count)

@@ -271,7 +271,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
         return plain_copy(source)  # type: ignore[no-any-return]
     name = os.fspath(source) if isinstance(source, (str, os.PathLike)) else source
     if not isinstance(name, str):
-        raise InputError(Fault("rig", name, "must be a path or a table", "Pass one of these"))
+        raise InputError.of("rig", name, "must be a path or a table", "Pass one of these")
     path = Path(name)
     return plain_copy(parse_toml(read_text(path), shorten(path.name)))  # type: ignore[no-any-return]
 

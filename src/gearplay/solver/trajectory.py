@@ -27,7 +27,7 @@ from gearplay.parts.mesh.geometry import DISTANCE, MESH, gaps_at
 from gearplay.solver.continuation import End
 from gearplay.solver.housing import HousingMotion
 from gearplay.solver.status import WORDS, Status
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 
@@ -78,8 +78,8 @@ def _chosen(
         found = [i for i, c in enumerate(every) if name in (c.signal, f"{c.label}.{c.signal}")]
         if not found:
             known = sorted({c.signal for c in every})
-            raise InputError(
-                [Fault("signals", name, "must be a signal of this case", f"Choose from: {', '.join(known)}.")]
+            raise InputError.of(
+                "signals", name, "must be a signal of this case", f"Choose from: {', '.join(known)}."
             )
         chosen.extend(i for i in found if i not in chosen)
     return tuple(every[i] for i in chosen), tuple(chosen)

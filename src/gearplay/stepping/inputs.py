@@ -85,15 +85,18 @@ def _find(case: Case, packed: Packed, given: str, name: str) -> Input:
             raise InputError.of("inputs", given, rule, f"Use {rotor}.drive.torque, whose sign is free")
         return Input(name, unit, description, case.rotors[rotor].load.torque, LOAD_INPUT, i, -sense)
     wanted, table, at = (
-        ("servo", SERVO, "speed") if ending == "drive.speed" else ("position", POSITIONER, "angle")
+        (("servo",), SERVO, "speed") if ending == "drive.speed" else (rolling.LOOPS, POSITIONER, "angle")
     )
-    if drive is None or drive.kind != wanted:
+    if drive is None or drive.kind not in wanted:
         has = "no drive" if drive is None else f"a drive of kind {kind}"
-        rule = f"must be of a rotor with a drive of kind {wanted}, and {rotor} has {has}"
+        rule = f"must be of a rotor with a drive of kind {' or '.join(wanted)}, and {rotor} has {has}"
         raise InputError.of("inputs", given, rule, f"Change rotors.{rotor}.drive, or leave it out")
     if getattr(drive, "ramp", 0.0) > 0.0:
         rule = "must be the speed of a servo without a ramp, which would go on towards the case's own speed"
         raise InputError.of("inputs", given, rule, f"Remove rotors.{rotor}.drive.ramp")
+    if getattr(drive, "over_time", None) is not None:
+        rule = f"must be of a drive whose {at} is a constant, and that of {rotor} is given over time"
+        raise InputError.of("inputs", given, rule, f"Give rotors.{rotor}.drive.{at} as a number")
     row = int(np.flatnonzero(packed.system.records[table]["rotor"] == i)[0])
     kind_of = SPEED_INPUT if ending == "drive.speed" else ANGLE_INPUT
     return Input(name, unit, description, getattr(drive, at), kind_of, row)

@@ -13,7 +13,7 @@ from gearplay.results.outcomes import Account
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running.evaluate import Sweep
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,7 +36,7 @@ class SweepResult(OfDataset):
         """Return the sweep whose product it is."""
         found = super().from_dataset(dataset)
         if "plan" not in dataset.attrs:
-            raise InputError(Fault("dataset", "no plan", "must be a sweep's product", "Run the sweep again"))
+            raise InputError.of("dataset", "no plan", "must be a sweep's product", "Run the sweep again")
         return found
 
     @cached_property
@@ -85,6 +85,6 @@ class SweepResult(OfDataset):
         if wanted in drawn:
             return drawn[wanted]
         known = ", ".join(drawn) or "none: nothing varies, or no case was finished"
-        raise InputError(
-            Fault("plot", name or "picture", "must be a picture of this sweep", f"Pictures: {known}")
+        raise InputError.of(
+            "plot", name or "picture", "must be a picture of this sweep", f"Pictures: {known}"
         )

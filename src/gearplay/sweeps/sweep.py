@@ -18,7 +18,7 @@ from gearplay.sweeps.result import SweepResult
 from gearplay.sweeps.running import folder as folders
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.product import to_product
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.optional import load_optional
 from gearplay.vocabulary.progress import Progress
 from gearplay.work.engine import Engine
@@ -111,7 +111,7 @@ def sweep(
     made.check_size()
     if overwrite and chosen.shard is not None:
         rule = "must not be given for one shard: it would remove the results of the others"
-        raise InputError(Fault("overwrite", overwrite, rule, "Remove it, or choose another folder"))
+        raise InputError.of("overwrite", overwrite, rule, "Remove it, or choose another folder")
     if folder is not None:
         finished = sweep_in(
             made, Path(folder), chosen,
@@ -199,10 +199,10 @@ def _check_kinds(axes: Any, reduce: Any) -> None:
         for path, values in axes.items():
             if isinstance(values, (str, bytes, Mapping)) or not isinstance(values, Iterable):
                 rule = "must be a list of values"
-                raise InputError(
-                    Fault(f"axes.{path}", values, rule, "Write it in brackets, like ['50 um', '100 um']")
+                raise InputError.of(
+                    f"axes.{path}", values, rule, "Write it in brackets, like ['50 um', '100 um']"
                 )
     for name, given in (("axes", axes), ("reduce", reduce)):
         listed = isinstance(given, Iterable) and not isinstance(given, (str, bytes, Mapping))
         if given is not None and not listed and not (name == "axes" and isinstance(given, Mapping)):
-            raise InputError(Fault(name, given, "must be a list of tables", "Put it in brackets"))
+            raise InputError.of(name, given, "must be a list of tables", "Put it in brackets")

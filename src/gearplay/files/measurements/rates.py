@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.measurements.refusing import damaged, quoted
-from gearplay.vocabulary.errors import Fault, InputError, shorten
+from gearplay.vocabulary.errors import InputError, shorten
 
 Floats = NDArray[np.float64]
 
@@ -198,11 +198,11 @@ def agreed_rate(path: Path, name: str, declared: Iterable[Declaration], given: f
                 return rate
         if known:
             rule = f"must agree with {known[0][1]:g} Hz, which {shorten(path.name)} states for {quoted(name)}"
-            raise InputError([Fault("sampling", given, rule, "Leave the sampling rate out")])
+            raise InputError.of("sampling", given, rule, "Leave the sampling rate out")
         return float(given)
     if not known:
         rule = f"must be given, since {shorten(path.name)} does not state it for {quoted(name)}"
-        raise InputError([Fault("sampling", None, rule, "Give the sampling rate in Hz")])
+        raise InputError.of("sampling", None, rule, "Give the sampling rate in Hz")
     first = known[0]
     for source, rate in known[1:]:
         if abs(rate - first[1]) > AGREEMENT * first[1]:

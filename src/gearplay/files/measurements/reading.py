@@ -168,7 +168,7 @@ def _opened(path: Path) -> tuple[int, bytes]:
         raise _unreadable(path, error) from None
     if not regular:
         what = "folder" if stat.S_ISDIR(status.st_mode) else "device or pipe"
-        raise InputError([Fault("file", str(path), f"must be a regular file, not a {what}", "Name a file")])
+        raise InputError.of("file", str(path), f"must be a regular file, not a {what}", "Name a file")
     if size == 0:
         raise damaged(path, "is empty (0 bytes)")
     if size > LARGEST_FILE:

@@ -21,7 +21,7 @@ from gearplay.files.measurements.refusing import need
 from gearplay.files.measurements.wav import NAMES_CHUNK
 from gearplay.files.record import Channel, Record
 from gearplay.files.tables import mat_bytes
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 _PACKED_FROM: Final = 1000
 
@@ -59,7 +59,7 @@ def write_record(record: Record, path: str | PathLike[str], *, overwrite: bool =
     place = Path(path)
     kind = check_record_path(place, overwrite=overwrite)
     if not record.channels:
-        raise InputError([Fault("record", "no channels", "must hold at least one channel")])
+        raise InputError.of("record", "no channels", "must hold at least one channel")
     write_with(place, lambda temporary: _WRITERS[kind](record, temporary), overwrite=overwrite)
 
 
@@ -68,7 +68,7 @@ def check_record_path(path: Path, *, overwrite: bool = False) -> str:
     kind = next((kind for kind, known in FORMATS.items() if path.suffix.lower() in known.suffixes), "")
     if kind not in _WRITERS:
         known = ", ".join(FORMATS[kind].suffixes[0] for kind in _WRITERS)
-        raise InputError([Fault("out", path.name, f"must end in one of {known}", "Choose another extension")])
+        raise InputError.of("out", path.name, f"must end in one of {known}", "Choose another extension")
     check_new(path, overwrite=overwrite)
     return kind
 
@@ -174,7 +174,7 @@ def _write_wav(record: Record, path: Path) -> None:
     rate, count = round(sampling), len(record.channels)
     if rate != sampling or rate >= 2**32 or count >= 2**16 or length * count * 8 > 2**32 - 2**20:
         rule = "must have a sampling rate in whole hertz and less than 4 GiB of samples for a WAV file"
-        raise InputError([Fault("record", sampling, rule, "Write it as HDF5")])
+        raise InputError.of("record", sampling, rule, "Write it as HDF5")
     about = {"names": record.names, "units": [channel.unit for channel in record.channels], "start": start}
     samples = np.column_stack([channel.values for channel in record.channels]).astype("<f8").tobytes()
     frame = 8 * count
@@ -190,7 +190,7 @@ def _write_wav(record: Record, path: Path) -> None:
 
 def _check_several(channel: Channel, kind: str) -> None:
     if channel.values.size < 2:
-        raise InputError([Fault("record", channel.name, f"must have 2 samples or more for a {kind} file")])
+        raise InputError.of("record", channel.name, f"must have 2 samples or more for a {kind} file")
 
 
 def _write_uff(record: Record, path: Path) -> None:

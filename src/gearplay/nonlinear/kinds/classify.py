@@ -35,7 +35,7 @@ from gearplay.nonlinear.kinds.thresholds import (
     SPREAD,
 )
 from gearplay.nonlinear.kinds.zero_one import zero_one
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 Evidence = dict[str, float]
@@ -124,18 +124,16 @@ def _scaled(samples: ArrayLike, resolution: ArrayLike) -> tuple[Floats, Floats]:
     sizes = np.broadcast_to(np.asarray(resolution, dtype=np.float64), table.shape[1:])
     if len(table) < LEAST:
         rule = f"must have at least {LEAST} periods"
-        raise InputError(Fault("samples", f"{len(table)} periods", rule, "Take a longer record"))
+        raise InputError.of("samples", f"{len(table)} periods", rule, "Take a longer record")
     bad = np.flatnonzero(~np.isfinite(table).all(axis=1))
     if bad.size:
         place = f"period {bad[0]}, {bad.size} in all"
-        raise InputError(
-            Fault(
-                "samples", place, "must be finite numbers", "Remove the periods with NaN or infinite values"
-            )
+        raise InputError.of(
+            "samples", place, "must be finite numbers", "Remove the periods with NaN or infinite values"
         )
     if not (np.all(sizes > 0.0) and np.all(np.isfinite(sizes))):
         rule = "must be finite and above 0 for every signal"
-        raise InputError(Fault("resolution", str(resolution), rule, "Give the tolerance or the noise"))
+        raise InputError.of("resolution", str(resolution), rule, "Give the tolerance or the noise")
     return (table - table.mean(axis=0)) / sizes, sizes
 
 

@@ -23,7 +23,7 @@ from gearplay.nonlinear.orbits.shooting import (
     order_of,
 )
 from gearplay.solver.integration import OutOfTimeError
-from gearplay.vocabulary.errors import Fault, GearplayError, InputError, SimulationError
+from gearplay.vocabulary.errors import GearplayError, InputError, SimulationError
 from gearplay.vocabulary.progress import Tick
 
 Floats = NDArray[np.float64]
@@ -156,7 +156,7 @@ def follow_branch(
     """
     if not settings.low <= start.parameter <= settings.high:
         rule = f"must lie between low and high, {settings.low:g} and {settings.high:g}"
-        raise InputError(Fault("start.parameter", start.parameter, rule, "Widen the bounds"))
+        raise InputError.of("start.parameter", start.parameter, rule, "Widen the bounds")
     follower = _Follower(period_map, start.order, settings)
     unknowns = np.append(start.states[0], start.parameter) / follower.scale
     try:

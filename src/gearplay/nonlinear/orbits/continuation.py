@@ -9,6 +9,7 @@ from gearplay.model.case import Case
 from gearplay.model.families import Family, Varied, along
 from gearplay.model.plan_values import number_in_si, value_at
 from gearplay.model.reading import Source
+from gearplay.nonlinear.orbits.autonomous import AutonomousMap
 from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits
 from gearplay.nonlinear.orbits.branches import Settings, follow_branch
 from gearplay.nonlinear.orbits.period_map import StrobeMap, sharp
@@ -17,15 +18,25 @@ from gearplay.nonlinear.orbits.shooting import find_orbit
 from gearplay.results.simulate import case_of
 from gearplay.solver.deadline import limited
 from gearplay.solver.integration import refuse_fixed_steps
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.progress import Progress, ticking
 
 if TYPE_CHECKING:
     from gearplay.linear.response import FrequencyResponse
 
 
-def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> PeriodicOrbit:
+def periodic_orbit(
+    case: Source,
+    *,
+    order: int = 1,
+    settle: int = 200,
+    autonomous: bool = False,
+    section: str | None = None,
+) -> PeriodicOrbit:
     """Return the periodic orbit of an order near the settled motion of a case.
+
+    With ``autonomous`` it is a limit cycle of a case that nothing excites, as a loop that hunts in its play: its period is an
+    unknown too.
 
     Parameters
     ----------
@@ -34,7 +45,11 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Period
     order
         Common periods after which the orbit repeats, 1 to 1000.
     settle
-        Common periods before the search begins.
+        Common periods before the search begins; of a limit cycle returns to the section.
+    autonomous
+        Whether nothing excites the case, and the period is sought too.
+    section
+        Contact change that a limit cycle is cut at, ``CONTACT:opens`` or ``CONTACT:closes``; the first that opens if not given.
 
     Returns
     -------
@@ -59,7 +74,8 @@ def periodic_orbit(case: Source, *, order: int = 1, settle: int = 200) -> Period
     """
     base = sharp(case_of(case))
     refuse_fixed_steps(base)
-    family = StrobeMap(lambda _: base, 0.0)
+    _check_limit_cycle(autonomous, section, order)
+    family = _map_of(lambda _: base, 0.0, autonomous, section)
     with limited(base.run.max_wall_time):
         found = find_orbit(family, family.settle(family.start(0.0), 0.0, settle), 0.0, order=order)
     return PeriodicOrbit(**vars(found), case=base)
@@ -78,6 +94,8 @@ def branch(
     upwards: bool = True,
     start: Any = None,
     keep_load: bool = False,
+    autonomous: bool = False,
+    section: str | None = None,
     progress: Progress | None = None,
 ) -> OneBranch:
     """Return the branch of periodic orbits over a field of a case, from an orbit near the settled motion of the case.
@@ -109,6 +127,8 @@ def branch(
         `frequency_response` to the error of a mesh: the speed at which that mesh meets its largest resonance.
     keep_load
         Whether loads stay what they are at the case's own speeds, although drag follows the speed.
+    autonomous, section
+        Limit cycles of a case that nothing excites, as of `periodic_orbit`.
     progress
         Called with what is running, how much is done, and of how much.
 
@@ -135,7 +155,8 @@ def branch(
     """
     varied, settings, base = _prepared(case, path, low, high, size, orbits)
     first = settings.low if varied.is_function and start is None else _first_value(varied, base, start)
-    family = StrobeMap(_sharp_family(varied, base, keep_load=keep_load), first)
+    _check_limit_cycle(autonomous, section, order)
+    family = _map_of(_sharp_family(varied, base, keep_load=keep_load), first, autonomous, section)
     with limited(base.run.max_wall_time):
         (found,), _ = settled_orbits(family, [first], order=order, settle=settle)
         tick = ticking(progress, "orbits")
@@ -204,6 +225,21 @@ def branches(
     return Branches(found, base, path, missed=(*missed, *late), family=family.family)
 
 
+def _map_of(family: Family, parameter: float, autonomous: bool, section: str | None) -> StrobeMap:
+    """Return the period map of a family, forced or autonomous."""
+    return AutonomousMap(family, parameter, section) if autonomous else StrobeMap(family, parameter)
+
+
+def _check_limit_cycle(autonomous: bool, section: str | None, order: int) -> None:
+    """Raise `InputError` for a section of a forced orbit, and an order of a limit cycle."""
+    if section is not None and not autonomous:
+        rule = "must be left out for a case that is excited, which is cut once per period"
+        raise InputError.of("section", section, rule, "Remove it, or give autonomous = True")
+    if autonomous and order != 1:
+        rule = "must be 1 for a limit cycle, whose period is sought and may be any"
+        raise InputError.of("order", order, rule, "Leave it out")
+
+
 def check_branches(case: Source, path: str) -> None:
     """Raise `InputError` for a case whose branches cannot be followed, before long work begins."""
     base = sharp(case_of(case))
@@ -240,14 +276,14 @@ def resonant_value(case: Case, path: str, response: "FrequencyResponse") -> floa
     labels = [mesh.label for mesh in case.meshes]
     if kind != ERROR or label not in labels:
         rule = "must be a response to the error of a mesh of the case"
-        raise InputError(Fault("start", str(response.ds.attrs["force"]), rule, "Give the value itself"))
+        raise InputError.of("start", str(response.ds.attrs["force"]), rule, "Give the value itself")
     if not path.endswith(".drive.speed"):
         rule = "must be the speed of a drive for a start on a resonance"
-        raise InputError(Fault("path", path, rule, "Give the value itself as start"))
+        raise InputError.of("path", path, rule, "Give the value itself as start")
     now = _value_now(case, path)
     frequency = rolling.mesh_frequency(case, labels.index(label))
     if frequency == 0.0 or now == 0.0:
-        raise InputError(Fault(path, now, "must not be 0 for a start on a resonance", "Choose a speed"))
+        raise InputError.of(path, now, "must not be 0 for a start on a resonance", "Choose a speed")
     amplitude = response.ds["amplitude"].values
     at = float(response.ds["frequency"].values[int(np.argmax(amplitude.max(axis=0)))])
     return now * at / frequency
@@ -265,7 +301,7 @@ def _prepared(
     varied = Varied(case, path)
     ends = [varied.number(value, name) for name, value in (("low", low), ("high", high))]
     if not ends[0] < ends[1]:
-        raise InputError(Fault("high", high, f"must be above low, {low}", "Give the lower first"))
+        raise InputError.of("high", high, f"must be above low, {low}", "Give the lower first")
     natural = 0.1 * (ends[1] - ends[0]) if size is None else size
     base = sharp(varied.case(ends[0]))
     refuse_fixed_steps(base)

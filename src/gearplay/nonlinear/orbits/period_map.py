@@ -15,7 +15,7 @@ from gearplay.model.reading import replace
 from gearplay.parts.registry import MESH, recurrence_rates
 from gearplay.solver.flow import Flow, Passage
 from gearplay.solver.frames import CarrierFrames
-from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 Floats = NDArray[np.float64]
 MOST_PERIODS = 2000
@@ -26,12 +26,13 @@ LOOSEST = 1e-9
 
 class Image(NamedTuple):
     """Image of a state under a map: the state, shape [state]; the derivative, shape [image, state]; the contact changes over
-    the period as (contact, 1 onset / 0 release), shape [change, 2].
+    the period as (contact, 1 onset / 0 release), shape [change, 2]; the period [s] where it is the last unknown, else NaN.
     """
 
     state: Floats
     matrix: Floats
     contacts: NDArray[np.int64]
+    period: float = math.nan
 
 
 class PeriodMap(Protocol):
@@ -47,7 +48,9 @@ class PeriodMap(Protocol):
         ...
 
 
-class _Member(NamedTuple):
+class Member(NamedTuple):
+    """Flow of a case, and the period [s] of its sections."""
+
     flow: Flow
     period: float
 
@@ -75,19 +78,19 @@ class StrobeMap:
 
     def __init__(self, family: Family, parameter: float) -> None:
         self.family = family
-        self._kept: dict[float, _Member] = {}
+        self._kept: dict[float, Member] = {}
         first = self.member(parameter).flow
         self.free, self.impact_contacts = first.free, first.impact_contacts
         self.scale = np.concatenate([first.natural[self.free], first.sizes[first.size :]])
         """Natural sizes of the free states, then of stored impact speeds, shape [state]."""
 
-    def member(self, parameter: float) -> _Member:
+    def member(self, parameter: float) -> Member:
         """Return the flow and the period [s] at a parameter."""
         if parameter not in self._kept:
             if len(self._kept) > 16:
                 self._kept.clear()
             flow = Flow(self.family(parameter))
-            self._kept[parameter] = _Member(flow, common_period(flow.packed))
+            self._kept[parameter] = Member(flow, common_period(flow.packed))
         return self._kept[parameter]
 
     def start(self, parameter: float) -> Floats:
@@ -98,26 +101,35 @@ class StrobeMap:
     def settle(self, state: Floats, parameter: float, periods: int) -> Floats:
         """Return the state after some periods."""
         for _ in range(periods):
-            state = self._pack(self.passage(state, parameter), parameter)
+            period = self.member(parameter).period
+            state = self.pack(self.passage(state, parameter, period), parameter, period)
         return state
 
-    def passage(self, state: Floats, parameter: float, changes: Floats | None = None) -> Passage:
-        """Return the integration over one period."""
-        flow, period = self.member(parameter).flow, self.member(parameter).period
-        free = len(self.free)
+    def passage(
+        self, state: Floats, parameter: float, period: float, changes: Floats | None = None
+    ) -> Passage:
+        """Return the integration over a period [s]."""
+        flow, free = self.member(parameter).flow, len(self.free)
         full = np.zeros(flow.size)
         full[self.free] = state[:free]
         return flow.go(
             full, period, impact_speeds=state[free:] if flow.impact_count else None, changes=changes
         )
 
-    def _pack(self, found: Passage, parameter: float) -> Floats:
-        held, member = found.closed[self.impact_contacts], self.member(parameter)
-        seen = member.flow.frames.seen(member.period, found.state)
+    def pack(self, found: Passage, parameter: float, period: float) -> Floats:
+        """Return the end of an integration over a period [s] as a state of the map."""
+        held, flow = found.closed[self.impact_contacts], self.member(parameter).flow
+        seen = flow.frames.seen(period, found.state)
         return np.concatenate([seen[self.free], np.where(held, found.impact_speeds, 0.0)])
 
     def __call__(self, state: Floats, parameter: float) -> Image:
         """Return the image of a state after one period, with the exact derivative."""
+        period = self.member(parameter).period
+        found, matrix = self.propagated(state, parameter, period)
+        return Image(self.pack(found, parameter, period), matrix, found.log[:, 1:3].astype(np.int64))
+
+    def propagated(self, state: Floats, parameter: float, period: float) -> tuple[Passage, Floats]:
+        """Return the integration over a period [s] and its exact derivative, shape [image, state]."""
         flow, free = self.member(parameter).flow, len(self.free)
         changes = np.zeros((state.size, flow.size + flow.impact_count))
         changes[np.arange(free), self.free] = 1.0
@@ -125,12 +137,12 @@ class StrobeMap:
         changes[free + np.arange(flow.impact_count)[held], flow.size + np.arange(flow.impact_count)[held]] = (
             1.0
         )
-        found = self.passage(state, parameter, changes)
+        found = self.passage(state, parameter, period, changes)
         rows = np.concatenate([self.free, flow.size + np.arange(flow.impact_count)])
-        moved = flow.frames.turned_back(self.member(parameter).period, found.changes)
+        moved = flow.frames.turned_back(period, found.changes)
         matrix = moved[:, rows].T.copy()
         matrix[free:][~found.closed[flow.impact_contacts]] = 0.0
-        return Image(self._pack(found, parameter), matrix, found.log[:, 1:3].astype(np.int64))
+        return found, matrix
 
 
 def section_period(packed: Packed, which: str | float = "common") -> float:
@@ -140,16 +152,16 @@ def section_period(packed: Packed, which: str | float = "common") -> float:
     """
     if not isinstance(which, str):
         if not (math.isfinite(which) and which > 0.0):
-            raise InputError(Fault("period", which, "must be above 0 s", "Correct it"))
+            raise InputError.of("period", which, "must be above 0 s", "Correct it")
         return float(which)
     if which == "common":
         return common_period(packed)
     if which not in ("mesh", "shaft"):
-        raise InputError(Fault("period", which, "must be common, mesh, shaft or a time in s", "Choose one"))
+        raise InputError.of("period", which, "must be common, mesh, shaft or a time in s", "Choose one")
     _check_prescribed(packed)
     if not packed.system.records[MESH].size:
-        raise InputError(
-            Fault("period", which, "must be common or a time in s in a case without a mesh", "Say common")
+        raise InputError.of(
+            "period", which, "must be common or a time in s in a case without a mesh", "Say common"
         )
     mesh, speeds = packed.system.records[MESH][0], packed.system.rotors["nominal_speed"]
     rate = abs(float(speeds[mesh["driver"]]))
@@ -157,7 +169,7 @@ def section_period(packed: Packed, which: str | float = "common") -> float:
         frame = float(speeds[mesh["frame"]]) if mesh["frame"] >= 0 else 0.0
         rate = abs(float(mesh["z_driver"] * (speeds[mesh["driver"]] - frame)))
     if rate == 0.0:
-        raise InputError(Fault("drive.speed", 0.0, "must not be 0 for a periodic motion", "Choose a speed"))
+        raise InputError.of("drive.speed", 0.0, "must not be 0 for a periodic motion", "Choose a speed")
     return 2.0 * math.pi / rate
 
 
@@ -169,12 +181,12 @@ def _check_prescribed(packed: Packed) -> None:
     rule = "must be a prescribed speed without a ramp where gears mesh, for a motion that can be periodic"
     if not prescribed and meshes:
         cure = "Prescribe a speed, or give the period in s"
-        raise InputError(Fault("rotors", "none with a drive of kind speed", rule, cure))
+        raise InputError.of("rotors", "none with a drive of kind speed", rule, cure)
     for i in prescribed:
         ramp, name = float(rotors[i].ramp_time), packed.rotor_names[i]
         if ramp > 0.0:
             cure = f"Set rotors.{name}.drive.ramp to 0 s"
-            raise InputError(Fault(f"rotors.{name}.drive", f"speed with a ramp of {ramp:g} s", rule, cure))
+            raise InputError.of(f"rotors.{name}.drive", f"speed with a ramp of {ramp:g} s", rule, cure)
 
 
 def common_period(packed: Packed) -> float:
@@ -187,10 +199,10 @@ def common_period(packed: Packed) -> float:
     Raises `InputError` where there is none.
     """
     _check_prescribed(packed)
-    rates = [rate for rate in _rates(packed) if rate > 0.0]
+    rates = [rate for rate in excitation_rates(packed) if rate > 0.0]
     if not rates:
         rule = "must not be 0 for a periodic motion where nothing else excites it"
-        raise InputError(Fault("drive.speed", 0.0, rule, "Choose a speed"))
+        raise InputError.of("drive.speed", 0.0, rule, "Choose a speed")
     base = rates[0]
     for count in range(1, MOST_PERIODS + 1):
         turns = np.array(rates) * count / base
@@ -198,10 +210,10 @@ def common_period(packed: Packed) -> float:
             return float(2.0 * math.pi * count / base)
     rule = f"must have a common period of at most {MOST_PERIODS} periods of the first mesh, or of what excites it"
     cure = "Leave out what does not repeat with the mesh (runout, unbalance, ripple, terms, base), or change numbers of teeth"
-    raise InputError(Fault("excitation", None, rule, cure))
+    raise InputError.of("excitation", None, rule, cure)
 
 
-def _rates(packed: Packed) -> list[float]:
+def excitation_rates(packed: Packed) -> list[float]:
     """Return the angular frequencies [rad/s] of all excitation, the first mesh's first."""
     rotors: Any = packed.system.rotors
     frames = CarrierFrames(packed.system)
@@ -209,7 +221,8 @@ def _rates(packed: Packed) -> list[float]:
     rates = recurrence_rates(packed.system, speeds, frames.speeds)
     if np.any(np.isnan(rates)):
         rule = "must not be given for a motion that can be periodic"
-        raise InputError(Fault("table", "of a torque", rule, "Give terms, or remove it"))
+        where = "a table, step or trapezoid over time"
+        raise InputError.of("rotors", where, rule, "Give terms or a sine, or remove it")
     rates += [abs(speeds[i]) for i in range(rotors.size) if rotors[i].ripple_count > 0]
     rates += [
         relative[i] for i in range(rotors.size) if rotors[i].unbalance > 0.0 and rotors[i].inv_mass > 0.0
@@ -218,8 +231,6 @@ def _rates(packed: Packed) -> list[float]:
     kind, rate = packed.system.base[housing_motion.KIND], float(packed.system.base[housing_motion.RATE])
     if kind not in (housing_motion.NONE, housing_motion.HARMONIC):
         rule = "must be harmonic for a motion that can be periodic"
-        raise InputError(
-            Fault("base.acceleration.kind", NO_VALUE, rule, "Choose harmonic, or remove the base")
-        )
+        raise InputError.of("base.acceleration.kind", NO_VALUE, rule, "Choose harmonic, or remove the base")
     rates += [rate] if kind == housing_motion.HARMONIC else []
     return [float(rate) for rate in rates]

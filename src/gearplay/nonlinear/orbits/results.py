@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.families import Family, along
 from gearplay.model.field_units import unit_at
+from gearplay.nonlinear.orbits.autonomous import AutonomousMap
 from gearplay.nonlinear.orbits.branch_tree import signals_of
 from gearplay.nonlinear.orbits.branches import Branch, Special
 from gearplay.nonlinear.orbits.period_map import StrobeMap
@@ -44,7 +46,7 @@ class PeriodicOrbit(Orbit, Tabled):
             "contacts": Column(("contact_change", "pair"), "", "contact, and 1 where it begins"),
         }
     )
-    SCALARS = MappingProxyType({"parameter": float, "residual": float})
+    SCALARS = MappingProxyType({"parameter": float, "residual": float, "period": float})
     __repr__ = Tabled.__repr__  # not the table of numbers that an orbit is
 
     @property
@@ -54,7 +56,28 @@ class PeriodicOrbit(Orbit, Tabled):
             f"largest multiplier {abs(self.multipliers[0]):.4g}" if self.multipliers.size else "no multiplier"
         )
         kind = "stable" if self.stable else "unstable"
+        if math.isfinite(self.period):
+            return f"{kind} limit cycle of period {self.period:.6g} s, {largest}"
         return f"{kind} periodic orbit of order {self.order}, {largest}"
+
+    def motion(self, signals: Sequence[str], *, samples: int = 1000) -> xr.Dataset:
+        """Return signals over the orbit, ``rotor.theta`` ...: those that follow from the state, [SI].
+
+        ``samples`` are equal steps of the whole orbit, its end included.
+        """
+        import xarray as xr
+
+        from gearplay.nonlinear.orbits.tracing import trace
+
+        times, values, names = trace(self, signals, samples)
+        variables = {name: ("time", values[:, at], signal_words(name)) for at, name in enumerate(names)}
+        return xr.Dataset(variables, {"time": ("time", times, {"units": "s", "long_name": "time"})})
+
+    def amplitude(self, signal: str, *, samples: int = 2000) -> float:
+        """Return half the peak-to-peak value of a signal over the orbit [SI], extremes by parabolas through three samples."""
+        from gearplay.nonlinear.orbits.tracing import swing
+
+        return 0.5 * swing(self.motion([signal], samples=samples)[signal].values)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Draw the multipliers in the unit circle, within which small changes decay."""
@@ -122,7 +145,9 @@ class Branches(AnalysisResult):
     def levels(self, signals: Sequence[str]) -> list[Floats]:
         """Return signals at the sections of each branch's orbits, shape [orbit, order, signal] each, SI."""
         over = self.family or along(self.case, self.path, keep_load=self.keep_load)
-        family = StrobeMap(over, self.branches[0].orbits[0].parameter)
+        first = self.branches[0].orbits[0]
+        kind = AutonomousMap if math.isfinite(first.period) else StrobeMap
+        family = kind(over, first.parameter)
         return [signals_of(family, branch, list(signals)) for branch in self]
 
     def table(self, signals: Sequence[str], levels: Sequence[Any] | None = None) -> xr.Dataset:
@@ -147,6 +172,7 @@ class Branches(AnalysisResult):
             "order": ("orbit", np.array(orders), {"long_name": "periods after which the orbit repeats"}),
             name: ("orbit", np.array(places), words),
             "stable": ("orbit", np.array(stable), {"long_name": "whether small changes decay"}),
+            "period": ("orbit", np.array([each.period for b in self for each in b.orbits]), {"units": "s", "long_name": "period of a limit cycle"}),
             "multiplier": ("orbit", np.array(largest), {"units": "1", "long_name": "largest Floquet multiplier, modulus"}),
             "special_kind": ("special", np.array([p[0] for p in points], dtype=object), {"long_name": "what happens there"}),
             "special_branch": ("special", np.array([p[1] for p in points], dtype=np.int64), {"long_name": "its branch"}),
@@ -272,16 +298,17 @@ def _packed(along_: str, orbits: Sequence[Orbit]) -> dict[str, Any]:
         f"{own}multipliers": ((along_, f"{own}multiplier_", "part"), multipliers, {"long_name": "Floquet multipliers"}),
         f"{own}contacts": (along_, contacts, {"long_name": "contact changes, JSON"}),
         f"{own}residual": (along_, np.array([orbit.residual for orbit in orbits]), {"long_name": "residual in natural sizes"}),
+        f"{own}period": (along_, np.array([orbit.period for orbit in orbits]), {"units": "s", "long_name": "period of a limit cycle"}),
         f"{own}parameter": (along_, np.array([orbit.parameter for orbit in orbits]), {"long_name": "the field, SI"}),
     }  # fmt: skip
 
 
 def _unpacked(along_: str, dataset: xr.Dataset) -> list[Orbit]:
     own = {"orbit": "", "special": "special_"}[along_]
-    names = ("states", "matrix", "multipliers", "contacts", "residual", "parameter")
+    names = ("states", "matrix", "multipliers", "contacts", "residual", "parameter", "period")
     columns = [dataset[f"{own}{name}"].values for name in names]
     found = []
-    for states, matrix, multipliers, contacts, residual, parameter in zip(*columns, strict=True):
+    for states, matrix, multipliers, contacts, residual, parameter, period in zip(*columns, strict=True):
         known = multipliers[np.isfinite(multipliers[:, 0])]
         found.append(
             Orbit(
@@ -291,6 +318,7 @@ def _unpacked(along_: str, dataset: xr.Dataset) -> list[Orbit]:
                 multipliers=known[:, 0] + 1j * known[:, 1],
                 residual=float(residual),
                 contacts=np.array(json.loads(str(contacts)), dtype=np.int64).reshape(-1, 2),
+                period=float(period),
             )
         )
     return found

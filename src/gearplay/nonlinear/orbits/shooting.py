@@ -1,5 +1,6 @@
 """Periodic orbits by shooting: Newton's method with exact derivatives; Floquet multipliers."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,9 @@ class Orbit:
     ``multipliers`` are the Floquet multipliers, the largest first, complex, shape [state less constants]: the impact speed of a
     sleeve that stays closed is a constant of the orbit and no direction that could grow. ``residual`` is in natural sizes;
     ``contacts`` the contact changes over the period, shape [change, 2].
+
+    Of an autonomous system the last entry of a state is the ``period`` [s], else NaN; the multiplier 1 of a shift in time is not
+    among the multipliers.
     """
 
     parameter: float
@@ -32,6 +36,7 @@ class Orbit:
     multipliers: NDArray[np.complex128]
     residual: float
     contacts: NDArray[np.int64]
+    period: float
 
     @property
     def order(self) -> int:
@@ -52,6 +57,7 @@ class Return:
     image: Floats
     matrix: Floats
     contacts: NDArray[np.int64]
+    period: float = math.nan
 
 
 def after(period_map: PeriodMap, state: Floats, parameter: float, order: int) -> Return:
@@ -63,7 +69,7 @@ def after(period_map: PeriodMap, state: Floats, parameter: float, order: int) ->
         matrix = found.matrix @ matrix
         state = found.state
         contacts.append(found.contacts)
-    return Return(np.array(states), state, matrix, np.concatenate(contacts))
+    return Return(np.array(states), state, matrix, np.concatenate(contacts), found.period)
 
 
 def constants(matrix: Floats) -> NDArray[np.bool_]:
@@ -159,8 +165,14 @@ def _size(difference: Floats, scale: Floats) -> float:
 
 def orbit_of(found: Return, parameter: float, residual: float, scale: Floats) -> Orbit:
     """Return the orbit of a closed return map."""
-    free = np.flatnonzero(~constants(found.matrix))
+    autonomous = math.isfinite(found.period)
+    size = scale.size - int(autonomous)
+    free = np.flatnonzero(~constants(found.matrix)[:size])
     matrix = found.matrix * scale[None, :] / scale[:, None]
     multipliers = np.linalg.eigvals(matrix[np.ix_(free, free)]).astype(np.complex128)
+    if autonomous:
+        multipliers = np.delete(multipliers, np.argmin(np.abs(multipliers - 1.0)))
     order = np.argsort(-np.abs(multipliers), kind="stable")
-    return Orbit(parameter, found.states, found.matrix, multipliers[order], residual, found.contacts)
+    return Orbit(
+        parameter, found.states, found.matrix, multipliers[order], residual, found.contacts, found.period
+    )

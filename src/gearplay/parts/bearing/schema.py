@@ -21,7 +21,7 @@ from gearplay.parts.sleeve.contact_laws import solved_dissipation
 from gearplay.schema.fields import HertzStiffness, Listed, Measure, Offset, Problem, RotorName, refuse
 from gearplay.schema.finding import Finding
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 TYPICAL_DEPTH = 1e-6
 """Penetration [m] at which a contact's angular frequency is estimated."""
@@ -276,13 +276,11 @@ class Bearing(Holder):
             rule = (
                 f"is {1e6 * hot:.4g} um at temperature: a preload beyond a thousandth of the pitch diameter"
             )
-            raise InputError(
-                Fault(
-                    f"{path}.internal_clearance",
-                    f"{1e6 * cold:.4g} um",
-                    rule,
-                    "Raise it, or choose materials that expand alike",
-                )
+            raise InputError.of(
+                f"{path}.internal_clearance",
+                f"{1e6 * cold:.4g} um",
+                rule,
+                "Raise it, or choose materials that expand alike",
             )
         grown = {
             "internal_clearance": hot,

@@ -23,6 +23,7 @@ from gearplay.kernels.layout import (
     theta_of,
     turn_of,
 )
+from gearplay.kernels.set_point import FIELDS, set_point
 
 KIND = 5
 RECORD = np.dtype(
@@ -42,6 +43,8 @@ RECORD = np.dtype(
         ("load_pieces", "i8"),
         ("load_begin", "f8"),
         ("load_step", "f8"),
+        *FIELDS,  # of its drive's set-point over time [N m], and the constant in it
+        ("constant", "f8"),
     ],
     align=True,
 )
@@ -53,11 +56,13 @@ SLOPES = 1  # of the torque by the rotation
 
 
 def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[float]:
-    """Return the angular frequencies [rad/s] of terms; NaN for a table, which does not repeat."""
+    """Return the angular frequencies [rad/s] of terms; NaN for a table and other curves, which do not repeat."""
     rates: list[float] = []
     for each in system.records[KIND]:
-        if each.pieces > 0 or each.load_pieces > 0:
+        if each.pieces > 0 or each.load_pieces > 0 or each.set_points > 0:
             rates.append(math.nan)
+        if each.wave >= 0:
+            rates.append(float(system.terms[each.wave, 0]))
         at, speed = int(each.start), abs(speeds[each.rotor])
         for in_time, in_rotation in (
             (each.in_time, each.in_rotation),
@@ -98,6 +103,9 @@ def torques_of(system: System, n: int, t: float, y: Floats) -> tuple[float, floa
         drive += recorded(system, each.table, each.pieces, each.begin, each.step, t)
     if each.load_pieces > 0:
         load += recorded(system, each.load_table, each.load_pieces, each.load_begin, each.load_step, t)
+    if each.set_points > 0 or each.wave >= 0:
+        more, _ = set_point(system, each.constant, each.set_point, each.set_points, each.wave, t)
+        drive += more
     return drive, load, slope + load_slope
 
 
@@ -120,6 +128,8 @@ def forcing_rate(system: System, n: int, t: float, y: Floats) -> float:
         fastest = max(fastest, 0.5 * math.pi / each.step)
     if each.load_pieces > 0:
         fastest = max(fastest, 0.5 * math.pi / each.load_step)
+    if each.wave >= 0:
+        fastest = max(fastest, system.terms[each.wave, 0])
     for in_time, in_rotation in (
         (each.in_time, each.in_rotation),
         (each.load_in_time, each.load_in_rotation),

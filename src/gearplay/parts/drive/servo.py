@@ -20,7 +20,8 @@ from gearplay.kernels.layout import (
     ramp_of,
     spin_of,
 )
-from gearplay.parts.drive.torque_limit import limit_of, limited, may_pass, past_limit
+from gearplay.kernels.set_point import FIELDS, set_point
+from gearplay.parts.drive.torque_limit import limit_of, limited, may_pass, past_limit, shown
 
 KIND = 0
 RECORD = np.dtype(
@@ -31,6 +32,7 @@ RECORD = np.dtype(
         ("integral_gain", "f8"),  # N m
         ("limit", "f8"),  # N m
         ("speed", "f8"),  # rad/s, once the ramp of its rotor is over
+        *FIELDS,
     ],
     align=True,
 )
@@ -48,7 +50,22 @@ def _target(system: System, n: int, t: float, branch: Branch) -> float:
     rotor = system.rotors[servo.rotor]
     if branch.modes[ramp_of(system, branch.modes, servo.rotor)] == 1:
         return rotor.ramp_start + rotor.ramp_acceleration * t
-    return servo.speed
+    speed, _ = set_point(system, servo.speed, servo.set_point, servo.set_points, servo.wave, t)
+    return speed
+
+
+def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[float]:
+    """Return the angular frequencies [rad/s] of sines; NaN for other set-points over time, which do not repeat."""
+    each = system.records[KIND]
+    waves = system.terms[each["wave"][each["wave"] >= 0], 0]
+    return [*waves.tolist(), *[math.nan] * int(np.sum(each["set_points"] > 0))]
+
+
+@compiled_inline
+def forcing_rate(system: System, n: int, t: float, y: Floats) -> float:
+    """Return the angular frequency [rad/s] of its set-point's sine."""
+    wave = system.records[KIND][n].wave
+    return float(system.terms[wave, 0]) if wave >= 0 else 0.0
 
 
 @compiled_inline
@@ -63,7 +80,8 @@ def wanted_torque(system: System, n: int, t: float, y: Floats, branch: Branch) -
 def torque_of(system: System, n: int, t: float, y: Floats, branch: Branch) -> float:
     """Return servo n's torque [N m] at (t, y)."""
     servo = system.records[KIND][n]
-    return limited(wanted_torque(system, n, t, y, branch), servo.limit, branch.modes[servo.mode])
+    wanted = wanted_torque(system, n, t, y, branch)
+    return shown(limited(wanted, servo.limit, branch.modes[servo.mode]), servo.limit)
 
 
 @compiled_once
@@ -143,7 +161,8 @@ def may_return(
         error_rate = ramp - stages[stage, omega_of(system, servo.rotor)]
         rate = servo.gain * error_rate + servo.integral_gain * stages[stage, servo.state]
         least, most = min(least, rate), max(most, rate)
-    return may_pass(least, most, h, g_0[servo.switch], g_1[servo.switch])
+    moved = servo.gain * servo.steepest
+    return may_pass(least - moved, most + moved, h, g_0[servo.switch], g_1[servo.switch])
 
 
 @compiled_once

@@ -12,6 +12,12 @@ def limited(wanted: float, limit: float, mode: int) -> float:
 
 
 @compiled_inline
+def shown(wanted: float, limit: float) -> float:
+    """Return the torque [N m] to show: at the instant at which a set-point jumps the mode is still that before it."""
+    return min(max(wanted, -limit), limit)
+
+
+@compiled_inline
 def past_limit(wanted: float, limit: float, mode: int) -> float:
     """Return the switch function of the limit [N m]: demand beyond it, or short of it while saturated."""
     return abs(wanted) - limit if mode == 0 else limit - mode * wanted

@@ -13,7 +13,7 @@ from gearplay.model.plan_values import factor, number_in_si, value_at
 from gearplay.model.reading import replace
 from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.plan import Axis
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.optional import load_optional
 
 Floats = NDArray[np.float64]
@@ -67,7 +67,7 @@ def try_draw(p: Random, place: str, reached: float, base: Case) -> None:
         fault = error.faults[0]
         where = f"{place}: the draws of {p.name} reach {fault.path}"
         cure = "Give low or high, or less deviation"
-        raise InputError(Fault(where, fault.value, fault.rule, cure)) from None
+        raise InputError.of(where, fault.value, fault.rule, cure) from None
 
 
 def unit_points(design: Design) -> Floats:
@@ -117,9 +117,7 @@ def correlated(unit: Floats, matrix: Floats | None) -> Floats:
         root = np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:
         rule = "must not contradict each other: together they are no correlation matrix"
-        raise InputError(
-            Fault("design.correlations", np.round(matrix, 3).tolist(), rule, "Lower some")
-        ) from None
+        raise InputError.of("design.correlations", np.round(matrix, 3).tolist(), rule, "Lower some") from None
     return np.asarray(ndtr(ndtri(np.clip(unit, 1e-15, 1.0 - 1e-15)) @ root.T))
 
 
@@ -171,10 +169,10 @@ def limits_of(p: Random, where: str, base: Case) -> Limits:
         ),
     ):
         if not fits:
-            raise InputError(Fault(f"{where}.{name}", getattr(p, name), rule, cure))
+            raise InputError.of(f"{where}.{name}", getattr(p, name), rule, cure)
     if "normal" in kind and _share_inside(p, found) < LEAST_SHARE:
         rule = f"must leave at least {LEAST_SHARE:g} of its distribution between low and high"
-        raise InputError(Fault(where, p.name, rule, "Correct low, high, mean or deviation"))
+        raise InputError.of(where, p.name, rule, "Correct low, high, mean or deviation")
     return found
 
 

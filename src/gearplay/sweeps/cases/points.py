@@ -14,7 +14,7 @@ from gearplay.model.plan_values import factor, value_in_si
 from gearplay.sweeps.cases.draws import check_draws, draw, sample_size, varied_number
 from gearplay.sweeps.plans.design import Design
 from gearplay.sweeps.plans.plan import MOST, Axis, Carry
-from gearplay.vocabulary.errors import Fault, InputError, ResourceError
+from gearplay.vocabulary.errors import InputError, ResourceError
 
 Floats = NDArray[np.float64]
 
@@ -132,8 +132,8 @@ def points_of(plan: Spanned, base: Case) -> Points:
     carried = names.index(plan.carry.axis) if plan.carry else -1
     if plan.carry and (len(values[carried]) < 2 or any(b <= a for a, b in pairwise(values[carried]))):
         rule = "must have at least two values, rising, where it is carried along"
-        raise InputError(
-            Fault(f"axes.{carried}", names[carried], rule, "Sort them; carry.directions has the way down")
+        raise InputError.of(
+            f"axes.{carried}", names[carried], rule, "Sort them; carry.directions has the way down"
         )
     sample = draw(plan.design, base) if plan.design else np.zeros((1, 0))
     if plan.design:
@@ -161,7 +161,7 @@ def axis_values(axis: Axis, at: int, base: Case) -> tuple[Any, ...]:
     low, high = (varied_number(axis, getattr(axis, n), f"axes.{at}.{n}", base) for n in ("low", "high"))
     if axis.scale == "log" and min(low, high) <= 0.0:
         rule = "must be above 0 on a log scale, like high"
-        raise InputError(Fault(f"axes.{at}.low", axis.low, rule, "Raise it, or use linear"))
+        raise InputError.of(f"axes.{at}.low", axis.low, rule, "Raise it, or use linear")
     grid = np.geomspace(low, high, axis.count) if axis.scale == "log" else np.linspace(low, high, axis.count)
     return tuple(float(v) for v in grid)
 
@@ -173,8 +173,8 @@ def _check_once(axis: Axis, at: int, values: tuple[Any, ...]) -> None:
         if repr(value) in seen:
             where = f"axes.{at}.values.{place}" if axis.values is not None else f"axes.{at}.high"
             shown = axis.values[place] if axis.values is not None else axis.high
-            raise InputError(
-                Fault(where, shown, f"must not be a value that {axis.name} already has", "Remove it")
+            raise InputError.of(
+                where, shown, f"must not be a value that {axis.name} already has", "Remove it"
             )
         seen.add(repr(value))
 

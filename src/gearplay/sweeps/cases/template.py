@@ -12,7 +12,7 @@ from gearplay.model.policy import LIMITS
 from gearplay.model.reading import load_case, replace
 from gearplay.sweeps.cases.points import Points, points_of
 from gearplay.sweeps.plans.plan import Carry, SweepPlan
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.version import VERSION
 from gearplay.work.pieces import digest_of
 
@@ -30,8 +30,8 @@ class CarriedAxis:
         self.values, self.run = np.array(values), base.run
         if carry.mode == "steps" and carry.ramp > base.run.transient:
             rule = f"must fit into the transient of each case, {base.run.transient:g} s, where nothing is recorded"
-            raise InputError(
-                Fault("carry.ramp", f"{carry.ramp:g} s", rule, "Lengthen run.transient, or shorten it")
+            raise InputError.of(
+                "carry.ramp", f"{carry.ramp:g} s", rule, "Lengthen run.transient, or shorten it"
             )
 
     def way(self, direction: str) -> Floats:
@@ -148,5 +148,5 @@ def number_at(case: Case, path: str) -> float:
     value = value_at(case, path)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         rule = "must be a number in the case, to be multiplied"
-        raise InputError(Fault(path, value, rule, 'Take mode = "set", or correct the path'))
+        raise InputError.of(path, value, rule, 'Take mode = "set", or correct the path')
     return float(value)

@@ -8,7 +8,7 @@ from gearplay.files.plan_files import Source, plan_document
 from gearplay.model.case import Case
 from gearplay.model.wording import validated
 from gearplay.sweeps.plans.plan import SweepPlan
-from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 PACKAGE = "gearplay.sweeps"
 
@@ -24,9 +24,7 @@ def load_sweep(source: Source) -> SweepPlan:
     document = plan_document(source, PACKAGE)
     if "rotors" in document and "reduce" not in document:
         rule = "must be a sweep plan, but this is a case"
-        raise InputError(
-            Fault("plan", NO_VALUE, rule, "Name the case in a plan: case = ...; see docs/sweeps")
-        )
+        raise InputError.of("plan", NO_VALUE, rule, "Name the case in a plan: case = ...; see docs/sweeps")
     return validated(SweepPlan, document)
 
 

@@ -12,7 +12,7 @@ from gearplay.schema.fields import Listed, Measure, Name, Part, Problem, refuse
 from gearplay.schema.units import LONGEST, UnitError, parse_quantity
 from gearplay.sweeps.plans.design import Design
 from gearplay.sweeps.plans.kept import Reduction, scalar_names
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import Quantity
 
 
@@ -83,7 +83,7 @@ class Tolerance(Part):
         try:
             return parse_quantity(self.limit, quantity)
         except UnitError as error:
-            raise InputError(Fault("tolerance.limit", self.limit, error.rule, error.cure)) from None
+            raise InputError.of("tolerance.limit", self.limit, error.rule, error.cure) from None
 
 
 def tolerance_problems(

@@ -16,7 +16,7 @@ from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.sweeps.running.product import to_product, write_product
 from gearplay.sweeps.running.zarr_export import temporary_stores, tidy_cube, write_cube
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.progress import Progress
 from gearplay.work.claims import PLAN, claim, read_claim
 from gearplay.work.engine import Engine
@@ -111,9 +111,7 @@ def plan_in(folder: Path) -> SweepPlan:
     path = folder / PLAN
     if not path.exists():
         rule = f"must be a sweep's folder, with its {PLAN}"
-        raise InputError(
-            Fault("folder", shown_path(folder), rule, "Give the folder that gearplay sweep wrote")
-        )
+        raise InputError.of("folder", shown_path(folder), rule, "Give the folder that gearplay sweep wrote")
     return load_sweep(read_claim(folder, PROGRAM))
 
 

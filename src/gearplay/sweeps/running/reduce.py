@@ -31,7 +31,7 @@ from gearplay.sweeps.plans.kept import (
     StatisticReduction,
 )
 from gearplay.sweeps.plans.plan import SweepPlan
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS, OUTPUT_STATISTICS
 
 Floats = NDArray[np.float64]
@@ -97,7 +97,7 @@ class Reducer:
                 if made.size != size:
                     rule = f"must keep the {size} numbers of the base case in every case"
                     cure = "Remove the reduction history, or keep run.duration and run.sampling constant"
-                    raise InputError(Fault("numbers", made.size, rule, cure))
+                    raise InputError.of("numbers", made.size, rule, cure)
             except InputError as error:
                 made = np.full(size, math.nan)
                 reasons.append(f"reduce.{each.name}: {error}")
@@ -112,9 +112,7 @@ def _check_names(plan: SweepPlan, layout: list[Kept]) -> None:
     for kept in layout:
         for name in filter(None, (kept.name, kept.along)):
             if name in taken:
-                raise InputError(
-                    Fault("reduce", name, "must be a name of its own in the product", "Rename one")
-                )
+                raise InputError.of("reduce", name, "must be a name of its own in the product", "Rename one")
             taken.add(name)
 
 
@@ -125,22 +123,18 @@ def _check_band(reduction: Any, duration: float, sampling: float) -> None:
     top, field = (band[1], "band") if band is not None else (getattr(reduction, "near", None) or 0.0, "near")
     if top > half:
         rule = f"must be at most {half:g} Hz, half of run.sampling"
-        raise InputError(Fault(f"{where}.{field}", f"{top:g} Hz", rule, "Lower it, or raise run.sampling"))
+        raise InputError.of(f"{where}.{field}", f"{top:g} Hz", rule, "Lower it, or raise run.sampling")
     if band is None:
         return
     if isinstance(reduction, SpectrumReduction):
         most = int((band[1] - band[0]) / resolution * (1.0 + 1e-9))
         if reduction.count > most:
             rule = f"must be at most {most}: a record of {duration:g} s has a line each {resolution:g} Hz"
-            raise InputError(
-                Fault(f"{where}.count", reduction.count, rule, "Lower it, or lengthen run.duration")
-            )
+            raise InputError.of(f"{where}.count", reduction.count, rule, "Lower it, or lengthen run.duration")
     elif band[1] - band[0] < 3.0 * resolution:
         rule = f"must be at least {3.0 * resolution:g} Hz wide: a record of {duration:g} s has a line each {resolution:g} Hz"
-        raise InputError(
-            Fault(
-                f"{where}.band", f"{band[0]:g} to {band[1]:g} Hz", rule, "Widen it, or lengthen run.duration"
-            )
+        raise InputError.of(
+            f"{where}.band", f"{band[0]:g} to {band[1]:g} Hz", rule, "Widen it, or lengthen run.duration"
         )
 
 
@@ -171,16 +165,14 @@ def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
         raise _unknown(reduction, "signal", reduction.signal, tuple(RESULT_VARIABLES)) from None
     if isinstance(reduction, LineReduction) and reduction.order is not None and not case.meshes:
         rule = "must be near, for a case without a mesh"
-        raise InputError(Fault(f"reduce.{reduction.name}.order", reduction.order, rule, "Give near in Hz"))
+        raise InputError.of(f"reduce.{reduction.name}.order", reduction.order, rule, "Give near in Hz")
     return [wanted]
 
 
 def _unknown(reduction: Any, field: str, value: str, known: tuple[str, ...]) -> InputError:
     has_signal = field == "at" and hasattr(reduction, "signal")
     rule = f"must have the signal {reduction.signal}" if has_signal else "must be of this case"
-    return InputError(
-        Fault(f"reduce.{reduction.name}.{field}", value, rule, f"Choose from: {', '.join(known)}")
-    )
+    return InputError.of(f"reduce.{reduction.name}.{field}", value, rule, f"Choose from: {', '.join(known)}")
 
 
 def _kept(reduction: Any, samples: int, sampling: float) -> list[Kept]:

@@ -21,7 +21,7 @@ from gearplay.sweeps.running.product import (
     coordinates_of,
     variables_of,
 )
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.optional import load_optional
 
 if TYPE_CHECKING:
@@ -54,8 +54,8 @@ def write_cube(sweep: Sweep, rows: Rows, path: Path) -> Account:
         os.replace(part, path)
     except OSError as error:
         rule = f"must be writable ({error.strerror or error})"
-        raise InputError(
-            Fault("out", shown_path(path), rule, "Free some space or choose another place")
+        raise InputError.of(
+            "out", shown_path(path), rule, "Free some space or choose another place"
         ) from None
     finally:
         tidy_cube(path)

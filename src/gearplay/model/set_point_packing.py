@@ -1,0 +1,49 @@
+"""Packing of set-points over time: pieces behind the other records, sines behind the other terms."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model.mesh_packing import harmonic_rows
+from gearplay.parts.drive.set_points import Piece, SetPoint
+
+Floats = NDArray[np.float64]
+
+
+class SetPoints:
+    """Set-points of a case, added one by one and placed together; ``stops`` are the times [s] that no step may pass."""
+
+    def __init__(self) -> None:
+        self._pieces: list[Piece] = []
+        self._waves: list[tuple[float, float, float]] = []
+        self._owners: list[Any] = []
+        self.stops: set[float] = set()
+
+    def add(
+        self, record: Any, given: SetPoint[Any] | None, *, of_speed: bool = False, lead: float = 0.0
+    ) -> float:
+        """Fill the fields of a record; return the angular frequency [rad/s] of the sine, 0 without one.
+
+        ``of_speed`` is whether a trapezoid is that of the rate, ``lead`` [s] the share of the rate that is added.
+        """
+        record.set_point, record.set_points, record.wave = len(self._pieces), 0, -1
+        if given is None:
+            return 0.0
+        pieces, wave = given.pieces(of_speed=of_speed), given.wave()
+        record.set_points, record.steepest = len(pieces), given.steepest(lead=lead, of_speed=of_speed)
+        self._pieces += pieces
+        self.stops |= given.stops(of_speed=of_speed)
+        if wave is not None:
+            record.wave = len(self._waves)
+            self._waves.append(wave)
+        self._owners.append(record)
+        return 0.0 if wave is None else wave[0]
+
+    def place(self, terms: list[list[float]], record: Floats) -> Floats:
+        """Add sines to ``terms``; return ``record`` with the pieces behind. Only once."""
+        for owner in self._owners:
+            owner.set_point += len(record)
+            owner.wave += len(terms) if owner.wave >= 0 else 0
+        terms += harmonic_rows(self._waves)
+        return np.concatenate([record, np.array(self._pieces, dtype=np.float64).reshape(-1, 4)])
