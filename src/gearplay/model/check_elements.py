@@ -30,8 +30,9 @@ def element_findings(case: Case) -> Iterator[Finding]:
     if case.faults:
         speeds = dict(zip(case.rotors, nominal_speeds(case).tolist(), strict=True))
         for index, fault in enumerate(case.faults):
-            part = getattr(case, fault.table)[fault.at]
-            speed = speeds[fault.at] - (0.0 if part.on is None else speeds[part.on])
+            part = fault.part(getattr(case, fault.table))
+            carrier = getattr(part, "on", None)
+            speed = speeds.get(fault.at, 0.0) - (0.0 if carrier is None else speeds[carrier])
             yield from fault.findings(f"faults.{index}", part, speed)
     for name, rotor in case.rotors.items():
         yield from _rotor(case, name, rotor)

@@ -16,6 +16,7 @@ from gearplay.parts.protocol import Holder, Joint, PartFault
 from gearplay.parts.rotor.gear import Gear, split_name
 from gearplay.parts.rotor.schema import Rotor
 from gearplay.parts.tables import HOLDERS, JOINTS
+from gearplay.schema.fields import Part
 from gearplay.vocabulary.errors import NO_VALUE, Fault, join_path
 
 Raw = Mapping[str, Any]
@@ -235,7 +236,8 @@ def _faults_of_parts(parts: Mapping[str, Any]) -> Iterator[Fault]:
         if not isinstance(fault, PartFault):
             continue
         holders, path = parts[fault.table], ["faults", str(index)]
-        if fault.at not in holders:
+        part = fault.part(holders)
+        if part is None:
             rule = f"must be a name in the table {fault.table}"
             yield Fault(
                 join_path([*path, "at"]),
@@ -243,8 +245,8 @@ def _faults_of_parts(parts: Mapping[str, Any]) -> Iterator[Fault]:
                 rule,
                 did_you_mean(fault.at, holders, fault.table.capitalize()),
             )
-        elif isinstance(holders[fault.at], Holder):
-            for at, rule, cure in fault.misfits(holders[fault.at]):
+        elif isinstance(part, Part):
+            for at, rule, cure in fault.misfits(part):
                 yield Fault(join_path([*path, *map(str, at)]), _read(fault, str(at[0])), rule, cure)
 
 

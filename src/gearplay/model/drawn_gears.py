@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gearplay.model import geometry
 from gearplay.model.massless import field_path
 from gearplay.parts.mesh.schema import PlanetMesh
 from gearplay.parts.mesh.stiffness import TeethStiffness
+from gearplay.parts.rotor.faults import GearFault
 from gearplay.toothing.allowances import distance_allowance
 from gearplay.toothing.gear import DrawnGear, full_tip_radius
 from gearplay.toothing.pair import GearPair
@@ -168,7 +169,7 @@ def _pair_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[
             yield Fault(mesh_path(case, j, "contact"), "pairs", rule, 'Take backlash_model = "coupled"')
     for name, gear in given.items():
         for field in ("tip_relief", "quality", "deviations"):
-            if getattr(gear, field) is None:
+            if getattr(gear, field) is None or (field == "quality" and mesh.contact != "pairs"):
                 continue
             path = _gear_path(case, name, field)
             if mesh.contact != "pairs":
@@ -179,6 +180,11 @@ def _pair_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[
                     "must not be given for helical gears, along whose lines of contact deviations would vary"
                 )
                 yield Fault(path, NO_VALUE, rule, "Remove it")
+        for index, fault in tooth_faults(case, name):
+            if mesh.contact != "pairs" or gear.helix_angle:
+                rule = f'must be in meshes with contact = "pairs" of spur gears, which {mesh.label} is not'
+                cure = 'Write contact = "pairs" in the mesh, or take kind = "eccentricity"'
+                yield Fault(f"faults.{index}.kind", fault.kind, rule, cure)
         if gear.deviations is None:
             continue
         teeth = geometry.teeth_of(case, name)
@@ -192,6 +198,16 @@ def _pair_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[
                     rule,
                     "Add or remove items",
                 )
+
+
+def tooth_faults(case: Case, name: str) -> list[tuple[int, Any]]:
+    """Return the faults of the teeth of a gear with their places in the case; without eccentricity, which every mesh has."""
+    full = geometry.full_name(case, name)
+    return [
+        (index, fault)
+        for index, fault in enumerate(case.faults)
+        if isinstance(fault, GearFault) and fault.needs_pairs and geometry.full_name(case, fault.at) == full
+    ]
 
 
 def _distance_faults(case: Case, j: int) -> Iterator[Fault]:

@@ -1,5 +1,6 @@
 """Packing of meshes: geometry, stiffness, errors and flanks."""
 
+import cmath
 import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from gearplay.parts.mesh import flank, tooth_stiffness
 from gearplay.parts.mesh import geometry as mesh_geometry
 from gearplay.parts.mesh import law as mesh_element
 from gearplay.parts.mesh.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
+from gearplay.parts.rotor.faults import EccentricityFault
 from gearplay.parts.rotor.schema import place_words
 from gearplay.vocabulary.errors import InputError
 
@@ -62,6 +64,20 @@ def _mesh_kind(case: "Case") -> int:
     return mesh_geometry.MESH_PRINTED_COUPLED if coupled else mesh_geometry.MESH_PRINTED_UNCOUPLED
 
 
+def _runout(case: "Case", name: str) -> tuple[float, float]:
+    """Return eccentricity [m] and direction [rad] of a gear's toothing, faults included."""
+    given, full = geometry.gear_of(case, name).runout, geometry.full_name(case, name)
+    faults = [
+        fault
+        for fault in case.faults
+        if isinstance(fault, EccentricityFault) and geometry.full_name(case, fault.at) == full
+    ]
+    if not faults:
+        return given.amplitude, given.phase
+    each = [(given.amplitude, given.phase), *((fault.amount, fault.phase) for fault in faults)]
+    return cmath.polar(sum(cmath.rect(amount, phase) for amount, phase in each))
+
+
 def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, float]], moving: Floats) -> None:
     mesh, names = case.meshes[j], list(case.rotors)
     a, b, r_a, r_b = geometry.signed_radii(case, j)
@@ -103,9 +119,9 @@ def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, flo
     m.rho_a, m.rho_b = r_a * radius, r_b * radius
     m.a, m.b, m.driver = names.index(foot), names.index(tip), names.index(mesh.rotors[0])
     for side, name in (("a", a), ("b", b)):
-        runout = geometry.gear_of(case, name).runout
-        setattr(m, f"runout_{side}", runout.amplitude)
-        setattr(m, f"runout_phase_{side}", runout.phase)
+        amplitude, phase = _runout(case, name)
+        setattr(m, f"runout_{side}", amplitude)
+        setattr(m, f"runout_phase_{side}", phase)
     m.frame = names.index(frame) if frame is not None else -1
     turning = moving[m.driver] - (moving[m.frame] if frame is not None else 0.0)
     m.sigma = -1.0 if turning < 0.0 else 1.0

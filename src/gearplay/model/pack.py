@@ -14,6 +14,7 @@ from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
 from gearplay.model.massless import refuse_massless
 from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
 from gearplay.model.natural_sizes import natural_sizes
+from gearplay.model.pair_packing import add_pair_signals
 from gearplay.model.position_packing import pack_position_loops
 from gearplay.model.set_point_packing import SetPoints
 from gearplay.model.tooth_deflections import damping_depths
@@ -21,7 +22,7 @@ from gearplay.parts.assembly import Assembly, blank
 from gearplay.parts.drive import servo
 from gearplay.parts.housing import law as housing
 from gearplay.parts.protocol import Packing
-from gearplay.parts.registry import EXCITATION, KINDS, MESH, POSITIONER
+from gearplay.parts.registry import EXCITATION, KINDS, MESH, PAIR, POSITIONER
 from gearplay.schema.records import edges
 from gearplay.vocabulary.errors import InputError
 
@@ -181,7 +182,8 @@ def pack(
     if case.base is not None:  # an element that shows it
         assembly.add(housing, "base", blank(housing.RECORD), [0])
     pack_position_loops(case, assembly, rotors, set_points)
-    _pack_holders(case, packing, range(POSITIONER, len(KINDS)))
+    _pack_holders(case, packing, range(POSITIONER, PAIR))
+    add_pair_signals(assembly)
     record = set_points.place(packing.terms, record)
     gravity = np.array(case.gravity, dtype=np.float64)
     system = assembly.system(

@@ -1,18 +1,21 @@
 """Packing of pairs of teeth: geometry of both gears, stiffness over the path of contact, deviations, numbers of teeth."""
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model import geometry
 from gearplay.model.teeth_stiffness import stiffness_over_path
+from gearplay.model.tooth_rows import steepness, tooth_rows
+from gearplay.parts.assembly import Assembly, blank
+from gearplay.parts.mesh import law as mesh_law
+from gearplay.parts.mesh.pairs import observed
 from gearplay.parts.mesh.pairs.record import MOST, SPARE
 from gearplay.toothing.gear import DrawnGear, inv
 from gearplay.toothing.pair import GearPair
 from gearplay.toothing.path_stiffness import PathStiffness
-from gearplay.toothing.quality import GearDeviations, draw_deviations
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,19 +24,6 @@ if TYPE_CHECKING:
     from gearplay.parts.rotor.schema import Rotor
 
 Floats = NDArray[np.float64]
-
-
-class _Deviations(NamedTuple):
-    """Deviations of each tooth of one flank [m], shape [tooth]; see `gearplay.toothing.quality.FlankDeviations`."""
-
-    pitch: Floats
-    slope: Floats
-    form: Floats
-
-
-class _Flanks(NamedTuple):
-    left: _Deviations
-    right: _Deviations
 
 
 def has_pairs(case: "Case", j: int) -> bool:
@@ -70,6 +60,7 @@ def _pack_gear(
         "low": ends[0],
         "high": ends[1],
         "toothing": -1,
+        "rows": 1,
         "number": number,
     }
     for name, value in values.items():
@@ -82,35 +73,6 @@ def _half_angles(case: "Case", j: int, pair: GearPair) -> tuple[float, float]:
     first = pair.first.half_angle - thinner / pair.first.base_radius
     second = pair.second.half_angle - pair.second.sign * thinner / pair.second.base_radius
     return first, second
-
-
-def tooth_deviations(case: "Case", name: str, gear: DrawnGear) -> "GearDeviations | _Flanks | None":
-    """Return the deviations of the teeth of a gear, given or drawn within its class with the seed of the run; None for none."""
-    given = geometry.gear_of(case, name)
-    if given.quality is not None:
-        seed = [case.run.seed, *geometry.full_name(case, name).encode()]
-        return draw_deviations(gear, given.quality, np.random.default_rng(seed))
-    if given.deviations is None:
-        return None
-    zero = np.zeros(gear.teeth)
-    found = given.deviations
-    pitch, slope, form = (np.array(each) if each else zero for each in (found.pitch, found.slope, found.form))
-    of_flank, none = _Deviations(pitch, slope, form), _Deviations(zero, zero, zero)
-    return _Flanks(of_flank if found.flank != "right" else none, of_flank if found.flank != "left" else none)
-
-
-def _deviation_rows(gear: DrawnGear, found: Any) -> Floats:
-    """Return rows (pitch, slope, form) [m] of material missing, two a tooth, clockwise flank first.
-
-    A flank that stands counter-clockwise of its place has less material where the tooth lies on the counter-clockwise side of it.
-    """
-    rows = np.zeros((2 * gear.teeth, 3))
-    counter, clockwise = (found.right, found.left) if gear.internal else (found.left, found.right)
-    cosine = math.cos(gear.transverse_angle)
-    for side, flank, sign in ((0, clockwise, 1.0), (1, counter, -1.0)):
-        rows[side::2, 0] = sign * cosine * flank.pitch
-        rows[side::2, 1], rows[side::2, 2] = flank.slope, flank.form
-    return rows
 
 
 def pack_pairs(
@@ -155,13 +117,14 @@ def pack_pairs(
             power = 2.0 if relief.shape == "parabolic" else 1.0
             slope += power * relief.amount / relief.length
             bend += (power - 1.0) * 2.0 * relief.amount / relief.length**2
-        if (found_deviations := tooth_deviations(case, name, gear)) is not None:
-            rows = _deviation_rows(gear, found_deviations)
+        rows = tooth_rows(case, name, found, k)
+        if rows is not None:
             setattr(m, f"toothing_{ending}", len(terms))
+            setattr(m, f"rows_{ending}", len(rows) // (2 * gear.teeth))
             terms.extend(rows.tolist())
-            steepest, highest = np.max(np.abs(rows[:, 1])), np.max(np.abs(rows[:, 2]))
-            slope += float(steepest + math.pi * highest) / width
-            bend += float(math.pi**2 * highest) / width**2
+            steepest, most_curved = steepness(rows, gear.teeth)
+            slope += steepest / width
+            bend += most_curved / width**2
     m.deviation_slope, m.deviation_curvature = slope, bend
     rows, m.stiffest = pair_table(found)
     m.stiffness_start, m.stiffness_count = len(spline), len(rows)
@@ -196,3 +159,15 @@ def pair_table(found: PathStiffness) -> tuple[Floats, float]:
         rows = np.column_stack([knots[:-1], pieces])
     largest = float(np.max(found.held(np.linspace(low, high, 401))))
     return np.vstack([rows, [knots[-1], 0.0, 0.0, 0.0, 0.0]]), largest
+
+
+def add_pair_signals(assembly: Assembly) -> None:
+    """Add the elements that show the slots of all meshes with pairs of teeth, named as their contacts."""
+    for number, (m, label) in enumerate(
+        zip(assembly.parts.get(mesh_law.KIND, []), assembly.labels.get(mesh_law.KIND, []), strict=True)
+    ):
+        for flank, side in enumerate(("drive", "back")):
+            for slot in range(m.pairs):
+                record = blank(observed.RECORD)
+                record.mesh, record.flank, record.slot = number, flank, slot
+                assembly.add(observed, f"{label}:{side}-{slot}", record, [m.a, m.b, m.frame])

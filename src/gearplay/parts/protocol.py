@@ -127,6 +127,10 @@ class PartFault(Part):
     table: ClassVar[str]
     at: str
 
+    def part(self, parts: Mapping[str, Any]) -> Any:
+        """Return the part that it is of among those of its table; None where there is none of that name."""
+        return parts.get(self.at)
+
     @abstractmethod
     def misfits(self, part: Any) -> Iterator[Problem]:
         """Yield what does not fit the part."""

@@ -16,12 +16,13 @@ from gearplay.parts.coupling import law as coupling
 from gearplay.parts.drive import excitation, positioner, servo
 from gearplay.parts.housing import law as housing
 from gearplay.parts.mesh import law as mesh
+from gearplay.parts.mesh.pairs import observed as pair
 from gearplay.parts.mount import Mount
 from gearplay.parts.sleeve import law as sleeve
 from gearplay.parts.support import law as support
 
 SERVO, SLEEVE, MESH, COUPLING = servo.KIND, sleeve.KIND, mesh.KIND, coupling.KIND
-EXCITATION, POSITIONER, BEARING = excitation.KIND, positioner.KIND, bearing.KIND
+EXCITATION, POSITIONER, BEARING, PAIR = excitation.KIND, positioner.KIND, bearing.KIND, pair.KIND
 
 CONSTANTS = ("KIND", "RECORD", "SIGNALS", "MEMORY", "MODES", "PER_CONTACT", "SLOPES")
 
@@ -49,6 +50,7 @@ KINDS = (
     Kind("base", housing),
     Kind("positioner", positioner),
     Kind("bearing", bearing),
+    Kind("pair", pair),
 )
 if [kind.file.KIND for kind in KINDS] != list(range(len(KINDS))):
     raise TypeError("KIND of each module must be its place in KINDS")

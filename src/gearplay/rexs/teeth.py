@@ -149,7 +149,7 @@ def _tolerances(box: Gearbox, gear: Gear, places: list[Component], notes: Notes)
         gear.fields["allowance"] = {"upper": quantity(upper, "um"), "lower": quantity(lower, "um")}
     for place in places:
         quality = box.number(place, None, *QUALITIES)
-        if quality is not None and 1 <= quality <= 12:
+        if quality is not None and 1 <= quality <= 11:
             gear.fields["quality"] = int(quality)
 
 

@@ -53,9 +53,9 @@ from gearplay.parts.mesh.pairs.overlap import (
     TIP_OF_2,
     overlap_rate,
     pair_overlap,
+    pair_stiffness,
     penetration_rate,
     sense,
-    stiffness_at,
 )
 from gearplay.parts.mesh.pairs.record import FLANKS
 
@@ -84,13 +84,12 @@ def press_pairs(system: System, n: int, branch: Branch, loads: Loads) -> None:
             k = first_pair(mesh, flank) + slot
             pair = pair_overlap(mesh, system, out, flank, slot)
             rate, worn, rate_1, rate_2 = overlap_rate(mesh, out, flank, pair)
-            place_rate = rate_2 if mesh.ring_drives == 1 else rate_1
             moving = penetration_rate(pair, rate, rate_1)
             contacts[k, PENETRATION], contacts[k, RATE] = pair.penetration, moving
             contacts[k, MARGIN], contacts[k, FORCE] = 1.0, 0.0
             if pair.touching != AWAY:
                 p = pair.p
-                stiffness, slope = stiffness_at(mesh, system, pair.place)
+                stiffness, k_1, k_2 = pair_stiffness(mesh, system, flank, pair)
                 force, margin = flank_force(mesh, stiffness, p, fading(mesh, stiffness) * rate, ON_RAMP, 0)
                 contacts[k, MARGIN] = margin
                 if modes[k] == LOADED:
@@ -102,7 +101,7 @@ def press_pairs(system: System, n: int, branch: Branch, loads: Loads) -> None:
                 if modes[k] != OPEN:
                     force = contacts[k, FORCE]
                     lost += (force - stiffness * p) * rate
-                    put_in += force * (error_rate - worn) + 0.5 * slope * place_rate * p * p
+                    put_in += force * (error_rate - worn) + 0.5 * (k_1 * rate_1 + k_2 * rate_2) * p * p
             if pair.penetration > deepest:
                 deepest, its_rate = pair.penetration, moving
         k = mesh.contact + flank

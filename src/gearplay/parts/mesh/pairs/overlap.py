@@ -42,6 +42,9 @@ class Pair(NamedTuple):
     penetration: float  # m, the less of it and what `STEEP` allows near a hard end
     edge: float  # its slope there by the place on the first gear's path, else 0
     place: float  # m, of the driver's flank, as on the first gear's path
+    rho_1: float  # m, of both flanks on their own paths
+    rho_2: float
+    number: int
     touching: int
     by_a: float
     p_1: float  # m
@@ -63,6 +66,8 @@ INTERFERING = 0.5
 """Base pitches before T1 within which teeth that interfere go on touching as involutes."""
 FAR = 0.1
 """Gap in base pitches of a pair farther away."""
+FAULT_EDGE = 0.02
+"""Part of the path over which a spall, or a chip, begins and ends."""
 STEEP = 0.01
 """Penetration over the way within a hard end of the path, by which contact begins and ends there."""
 ON_FLANK, TIP_OF_1, TIP_OF_2, AWAY = 0, 1, 2, 3
@@ -126,24 +131,69 @@ def relief(
 
 
 @compiled_inline
+def rise(u: float) -> tuple[float, float, float]:
+    """Return u^2 (3 - 2u) from 0 to 1 and its first two derivatives, constant beyond."""
+    if u <= 0.0 or u >= 1.0:
+        return (0.0 if u <= 0.0 else 1.0), 0.0, 0.0
+    return u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u), 6.0 - 12.0 * u
+
+
+@compiled_inline
 def tooth_deviation(
-    system: System, first: int, tooth: int, side: int, low: float, high: float, place: float
+    system: System, first: int, rows: int, tooth: int, side: int, low: float, high: float, place: float
 ) -> tuple[float, float, float]:
     """Return material missing on one flank of a tooth [m] at a place [m] of its path, its slope and curvature.
 
-    Rows of `System.terms`, two a tooth, clockwise flank first: pitch, slope, form [m]; dev = pitch + slope (x - 1/2) + form
-    sin(pi x).
+    Rows of `System.terms`, two flanks a tooth, the clockwise one first: pitch, slope, form [m]; with faults also bow [m], start and end
+    of a spall; its depth [m], start and share of a chip; losses of stiffness at the root end, in the middle and at the tip of the path.
+    dev = pitch + slope (x - 1/2) + form sin(pi x) + bow (2 x - 1)^2 + spall, x from 0 at the root end to 1 at the tip.
     """
     if first < 0:
         return 0.0, 0.0, 0.0
-    row = system.terms[first + 2 * tooth + side]
+    at = first + rows * (2 * tooth + side)
+    row = system.terms[at]
     x, by = (place - low) / (high - low), 1.0 / (high - low)
     if x <= 0.0 or x >= 1.0:
         x, by = min(max(x, 0.0), 1.0), 0.0
     angle = math.pi * x
     form = row[2] * math.sin(angle)
+    deviation = row[0] + row[1] * (x - 0.5) + form
     slope = by * (row[1] + math.pi * row[2] * math.cos(angle))
-    return row[0] + row[1] * (x - 0.5) + form, slope, -math.pi * math.pi * by * by * form
+    bend = -math.pi * math.pi * by * by * form
+    if rows > 1:
+        bow, away = system.terms[at + 1, 0], 2.0 * x - 1.0
+        deviation += bow * away * away
+        slope += by * 4.0 * bow * away
+        bend += by * by * 8.0 * bow
+        depth = system.terms[at + 2, 0]
+        if depth != 0.0:
+            up, up_1, up_2 = rise((x - system.terms[at + 1, 1]) / FAULT_EDGE + 0.5)
+            down, down_1, down_2 = rise((system.terms[at + 1, 2] - x) / FAULT_EDGE + 0.5)
+            by_edge = by / FAULT_EDGE
+            deviation += depth * up * down
+            slope += depth * by_edge * (up_1 * down - up * down_1)
+            bend += depth * by_edge * by_edge * (up_2 * down - 2.0 * up_1 * down_1 + up * down_2)
+    return deviation, slope, bend
+
+
+@compiled_inline
+def tooth_kept(
+    system: System, first: int, rows: int, tooth: int, side: int, low: float, high: float, place: float
+) -> tuple[float, float]:
+    """Return the share of the stiffness that faults of a tooth leave at a place [m] of its path, and its slope [1/m]."""
+    if first < 0 or rows == 1:
+        return 1.0, 0.0
+    at = first + rows * (2 * tooth + side)
+    x, by = (place - low) / (high - low), 1.0 / (high - low)
+    if x <= 0.0 or x >= 1.0:
+        x, by = min(max(x, 0.0), 1.0), 0.0
+    start, middle, end = system.terms[at + 3, 0], system.terms[at + 3, 1], system.terms[at + 3, 2]
+    rising, bend = 4.0 * middle - 3.0 * start - end, 2.0 * (start + end) - 4.0 * middle
+    whole, by_whole = 1.0 - start - x * (rising + bend * x), -by * (rising + 2.0 * bend * x)
+    lost, by_lost, _ = rise((x - system.terms[at + 2, 1]) / FAULT_EDGE + 0.5)
+    share = system.terms[at + 2, 2]
+    left = 1.0 - share * lost
+    return whole * left, by_whole * left - whole * share * by_lost * by / FAULT_EDGE
 
 
 @compiled_inline
@@ -163,11 +213,11 @@ def deviations(
         one, two = teeth_of_pair(mesh, flank, number)
         ahead = 1 if sense(mesh, flank) > 0.0 else 0
         of_1, slope_1, curve_1 = tooth_deviation(
-            system, mesh.toothing_1, one, ahead, mesh.low_1, mesh.high_1, rho_1
+            system, mesh.toothing_1, mesh.rows_1, one, ahead, mesh.low_1, mesh.high_1, rho_1
         )
         side = ahead if mesh.s < 0.0 else 1 - ahead
         of_2, slope_2, curve_2 = tooth_deviation(
-            system, mesh.toothing_2, two, side, mesh.low_2, mesh.high_2, rho_2
+            system, mesh.toothing_2, mesh.rows_2, two, side, mesh.low_2, mesh.high_2, rho_2
         )
         found += of_1 + of_2
         by_1, by_2, bend_1, bend_2 = by_1 + slope_1, by_2 + slope_2, bend_1 + curve_1, bend_2 + curve_2
@@ -188,6 +238,27 @@ def stiffness_at(mesh: Any, system: System, place: float) -> tuple[float, float]
     c = system.spline[row]
     slope = 0.0 if held else c[2] + x * (2.0 * c[3] + 3.0 * x * c[4])
     return c[1] + x * (c[2] + x * (c[3] + x * c[4])), slope
+
+
+@compiled_inline
+def pair_stiffness(mesh: Any, system: System, flank: int, pair: Pair) -> tuple[float, float, float]:
+    """Return the stiffness [N/m] of a pair of teeth of a flank, faults of its teeth included, and its slopes by both places."""
+    stiffness, slope = stiffness_at(mesh, system, pair.place)
+    by_1, by_2 = (0.0, slope) if mesh.ring_drives == 1 else (slope, 0.0)
+    if mesh.rows_1 > 1 or mesh.rows_2 > 1:
+        one, two = teeth_of_pair(mesh, flank, pair.number)
+        ahead = 1 if sense(mesh, flank) > 0.0 else 0
+        side = ahead if mesh.s < 0.0 else 1 - ahead
+        kept_1, slope_1 = tooth_kept(
+            system, mesh.toothing_1, mesh.rows_1, one, ahead, mesh.low_1, mesh.high_1, pair.rho_1
+        )
+        kept_2, slope_2 = tooth_kept(
+            system, mesh.toothing_2, mesh.rows_2, two, side, mesh.low_2, mesh.high_2, pair.rho_2
+        )
+        by_1 = by_1 * kept_1 * kept_2 + stiffness * slope_1 * kept_2
+        by_2 = by_2 * kept_1 * kept_2 + stiffness * kept_1 * slope_2
+        stiffness *= kept_1 * kept_2
+    return stiffness, by_1, by_2
 
 
 @compiled_inline
@@ -277,7 +348,7 @@ def pair_overlap(mesh: Any, system: System, out: Floats, flank: int, slot: int) 
         penetration = inside * STEEP
         edge = STEEP if rho_1 - mesh.start < mesh.end - rho_1 else -STEEP
     return Pair(
-        p, penetration, edge, place, touching, by_a, p_1, p_2, bend_aa, bend_az, bend_zz, by_1, by_2, dev_1, dev_2, length
+        p, penetration, edge, place, rho_1, rho_2, number, touching, by_a, p_1, p_2, bend_aa, bend_az, bend_zz, by_1, by_2, dev_1, dev_2, length
     )  # fmt: skip
 
 

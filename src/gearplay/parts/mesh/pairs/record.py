@@ -25,7 +25,8 @@ GEAR_FIELDS: Final = (
     ("relief_power", "f8"),  # 1 linear, 2 parabolic
     ("low", "f8"),  # m, lowest and highest place of contact on its path, in the direction of its tip
     ("high", "f8"),
-    ("toothing", "i8"),  # first row of its deviations in System.terms, -1 for none
+    ("toothing", "i8"),  # first row of its teeth in System.terms, -1 for none
+    ("rows", "i8"),  # rows of each flank of a tooth there: deviations, or those and faults
     ("number", "i8"),  # of its tooth that is at, or next to, the line of centres where nothing has turned
 )
 """Of each gear of the pair, the first external, with the endings ``_1`` and ``_2``."""

@@ -37,9 +37,9 @@ from gearplay.parts.mesh.pairs.overlap import (
     Pair,
     overlap_rate,
     pair_overlap,
+    pair_stiffness,
     penetration_rate,
     sense,
-    stiffness_at,
     turn_rates,
 )
 from gearplay.parts.mesh.pairs.record import FLANKS, MOST
@@ -63,12 +63,12 @@ S_A, S_A_RATE, S_PHI_RATE, LEAN, LEAN_SLOPE, E_1, E_2 = range(SHARED, SHARED + 7
 # sums over the pairs; rates of both gears against the line of centres, in the sense of the drive flank; deepest pair of each
 # flank;
 SUM_A, SUM_1, SUM_2, RATE_1, RATE_2, DEEPEST, DEEPEST_BACK = range(SHARED + 7, SHARED + 14)
-# then for each pair: force, its slopes by overlap, rate and place, and the fields of `overlap.Pair`.
+# then for each pair: force, its slopes by overlap, rate and both places, and the fields of `overlap.Pair`.
 PAIRS = SHARED + 14
 (
-    F, F_P, F_R, F_PLACE, BY_A, BY_1, BY_2, AA, AZ, ZZ, TIP, DEV_1, DEV_2, BEND_1, BEND_2, EDGE, P_RATE
-) = range(17)  # fmt: skip
-COLUMNS = 17
+    F, F_P, F_R, F_1, F_2, BY_A, BY_1, BY_2, AA, AZ, ZZ, TIP, DEV_1, DEV_2, BEND_1, BEND_2, EDGE, P_RATE
+) = range(18)  # fmt: skip
+COLUMNS = 18
 PAIR_SLOPES = PAIRS + COLUMNS * FLANKS * MOST
 
 
@@ -107,17 +107,16 @@ def linearise_pairs(system: System, n: int, branch: Branch, loads: Loads, row: F
             _store(row, at, pair)
             row[at + P_RATE] = penetration_rate(pair, rate, rate_1)
             row[at + F] = loads.contacts[k, FORCE]
-            row[at + F_P] = row[at + F_R] = row[at + F_PLACE] = 0.0
+            row[at + F_P] = row[at + F_R] = row[at + F_1] = row[at + F_2] = 0.0
             if row[at + F] != 0.0 and pair.touching != AWAY:
-                stiffness, slope = stiffness_at(mesh, system, pair.place)
+                stiffness, k_1, k_2 = pair_stiffness(mesh, system, flank, pair)
                 share = fading(mesh, stiffness)
                 row[at + F_P], by_rate = flank_slopes(mesh, stiffness, pair.p, share * rate, ON_RAMP, 0)
                 row[at + F_R] = share * by_rate
-                row[at + F_PLACE] = slope * pair.p
+                by_k = pair.p
                 if mesh.fades == 1:
-                    row[at + F_PLACE] += (
-                        flank_damping(mesh, pair.p, ON_RAMP, 0) * rate * slope / mesh.stiffest
-                    )
+                    by_k += flank_damping(mesh, pair.p, ON_RAMP, 0) * rate / mesh.stiffest
+                row[at + F_1], row[at + F_2] = k_1 * by_k, k_2 * by_k
             if loads.contacts[k, PENETRATION] > deepest:
                 deepest = loads.contacts[k, PENETRATION]
                 row[DEEPEST + flank] = slot
@@ -160,7 +159,7 @@ def _pair_change(
     psi: float,
     psi_rate: float,
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Return what a motion changes in a pair: overlap, its rate, the driver's place, rho_1, its rate, dp/dA and dp/dz."""
+    """Return what a motion changes in a pair: overlap and its rate, rho_1, its rate and rho_2, dp/dA and dp/dz."""
     m, error = sense(mesh, flank), 1.0 - 2.0 * flank
     A, A_rate, _, _, turn_1, turn_2, spin_1, spin_2 = motion
     turn_1, turn_2, spin_1, spin_2 = m * turn_1, m * turn_2, m * spin_1, m * spin_2
@@ -181,8 +180,7 @@ def _pair_change(
     rate -= row[at + DEV_1] * faster_1 + row[at + DEV_2] * faster_2
     rate -= row[at + BEND_1] * mesh.base_1 * (rate_1 + roll) * moved_1
     rate -= row[at + BEND_2] * mesh.base_2 * (rate_2 + roll) * moved_2
-    place = moved_2 if mesh.ring_drives == 1 else moved_1
-    return p, rate, place, moved_1, faster_1, by_a, by_z
+    return p, rate, moved_1, faster_1, moved_2, by_a, by_z
 
 
 @compiled_once
@@ -207,7 +205,7 @@ def pair_crossing(
     else:
         flank, slot = (contact - FLANKS) // mesh.pairs, (contact - FLANKS) % mesh.pairs
     at = PAIRS + COLUMNS * (flank * mesh.pairs + slot)
-    p, rate, _, moved_1, faster_1, _, _ = _pair_change(mesh, row, at, flank, motion, psi, psi_rate)
+    p, rate, moved_1, faster_1, _, _, _ = _pair_change(mesh, row, at, flank, motion, psi, psi_rate)
     if row[at + EDGE] != 0.0:
         p, rate = row[at + EDGE] * moved_1, row[at + EDGE] * faster_1
     return p, rate, row[at + P_RATE]
@@ -239,8 +237,12 @@ def add_pair_change(
             f = row[at + F]
             if f == 0.0:
                 continue
-            p, rate, place, _, _, by_a, by_z = _pair_change(mesh, row, at, flank, motion, psi, psi_rate)
-            grown = row[at + F_P] * p + row[at + F_R] * rate + row[at + F_PLACE] * place
+            p, rate, moved_1, _, moved_2, by_a, by_z = _pair_change(
+                mesh, row, at, flank, motion, psi, psi_rate
+            )
+            grown = (
+                row[at + F_P] * p + row[at + F_R] * rate + row[at + F_1] * moved_1 + row[at + F_2] * moved_2
+            )
             d_a += grown * row[at + BY_A] + f * by_a
             d_1 += m * (grown * row[at + BY_1] + (f * by_z if row[at + TIP] == 1.0 else 0.0))
             d_2 += m * (grown * row[at + BY_2] + (f * by_z if row[at + TIP] == 2.0 else 0.0))

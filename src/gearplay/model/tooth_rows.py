@@ -1,0 +1,125 @@
+"""Rows of terms of the teeth of a gear: deviations, given or drawn within a class, and faults (`parts.mesh.pairs.overlap`)."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearplay.model import geometry
+from gearplay.model.drawn_gears import tooth_faults
+from gearplay.parts.mesh.pairs.overlap import FAULT_EDGE
+from gearplay.parts.rotor import faults
+from gearplay.toothing.cracks import Crack, crack_losses, with_bore
+from gearplay.toothing.gear import DrawnGear
+from gearplay.toothing.pair import GearPair
+from gearplay.toothing.path_stiffness import PathStiffness
+from gearplay.toothing.quality import draw_deviations
+
+if TYPE_CHECKING:
+    from gearplay.model.case import Case
+
+Floats = NDArray[np.float64]
+WITH_FAULTS = 4
+"""Rows of a flank of a tooth of a gear with faults."""
+GONE = 0.1
+"""Material that a missing tooth lacks [m]: more than any pair could overlap."""
+WHOLE = (0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0)
+"""Rows without a fault: nothing is missing, spall and chip begin beyond the tip."""
+
+
+def tooth_rows(case: "Case", name: str, stiffness: PathStiffness, which: int) -> Floats | None:
+    """Return the rows of all teeth of a gear, two flanks a tooth, the clockwise one first; None for perfect teeth.
+
+    Parameters
+    ----------
+    case, name
+        The gear as its mesh calls it.
+    stiffness
+        Of the pair, which cracks take from.
+    which
+        0 for the first gear of the pair, 1 for the second.
+
+    """
+    gear = (stiffness.pair.first, stiffness.pair.second)[which]
+    deviating, broken = _deviation_rows(case, name, gear), [fault for _, fault in tooth_faults(case, name)]
+    if not broken:
+        return deviating
+    rows = np.tile(np.reshape(WHOLE, (WITH_FAULTS, 3)), (gear.teeth, 2, 1, 1))
+    if deviating is not None:
+        rows[:, :, 0] = deviating.reshape(gear.teeth, 2, 3)
+    counter = 0 if gear.internal else 1  # the left flank
+    for fault in broken:
+        flank = getattr(fault, "flank", "both")
+        sides = [counter] * (flank != "right") + [1 - counter] * (flank != "left")
+        for side in sides:
+            _add_fault(rows, fault, side, stiffness, which)
+    return rows.reshape(-1, 3)
+
+
+def _add_fault(
+    rows: Floats, fault: faults.GearFault, side: int, stiffness: PathStiffness, which: int
+) -> None:
+    """Write a fault of one flank into the rows [tooth, side, row, column]."""
+    tooth = getattr(fault, "tooth", 0)
+    if isinstance(fault, faults.CrackFault):
+        rows[tooth, side, 3] = _losses(stiffness, which, Crack(fault.depth, fault.angle))
+    elif isinstance(fault, faults.ChipFault):
+        rows[tooth, side, 2, 1:] = fault.height, fault.share
+    elif isinstance(fault, faults.SpallFault):
+        rows[tooth, side, 1, 1:], rows[tooth, side, 2, 0] = (fault.start, fault.end), fault.depth
+    elif isinstance(fault, faults.MissingToothFault):
+        rows[tooth, side, 0, 0] += GONE
+    elif isinstance(fault, faults.PitchFault):
+        gear = (stiffness.pair.first, stiffness.pair.second)[which]
+        rows[tooth, side, 0, 0] += (1.0 - 2.0 * side) * math.cos(gear.transverse_angle) * fault.offset
+    elif isinstance(fault, faults.WearFault):
+        rows[:, side, 1, 0] += fault.depth
+
+
+def _losses(stiffness: PathStiffness, which: int, crack: Crack) -> Floats:
+    """Return the shares of stiffness that a crack takes at the root end, the middle and the tip end of its tooth's path."""
+    pair = stiffness.pair
+    both = GearPair(with_bore(pair.first), with_bore(pair.second), pair.distance)
+    places = np.array([pair.path.start, 0.5 * (pair.path.start + pair.path.end), pair.path.end])
+    found = crack_losses(both, which, crack, places, stiffness.modulus, stiffness.poisson)
+    return found if which == 0 else found[::-1]
+
+
+def _deviation_rows(case: "Case", name: str, gear: DrawnGear) -> Floats | None:
+    """Return rows (pitch, slope, form) [m] of material missing, two a tooth; None without deviations.
+
+    A flank that stands counter-clockwise of its place has less material where the tooth lies on the counter-clockwise side of it.
+    """
+    given, zero = geometry.gear_of(case, name), np.zeros(gear.teeth)
+    if given.quality is not None:
+        seed = [case.run.seed, *geometry.full_name(case, name).encode()]
+        drawn = draw_deviations(gear, given.quality, np.random.default_rng(seed))
+        flanks = {
+            side: np.column_stack([each.pitch, zero + each.slope, zero + each.form])
+            for side, each in (("left", drawn.left), ("right", drawn.right))
+        }
+    elif given.deviations is not None:
+        found = given.deviations
+        columns = [np.array(each) if each else zero for each in (found.pitch, found.slope, found.form)]
+        table = np.column_stack(columns)
+        flanks = {side: table if found.flank in (side, "both") else 0.0 * table for side in ("left", "right")}
+    else:
+        return None
+    counter, clockwise = ("right", "left") if gear.internal else ("left", "right")
+    rows = np.stack([flanks[clockwise], flanks[counter]], axis=1)
+    rows[:, 0, 0] *= math.cos(gear.transverse_angle)
+    rows[:, 1, 0] *= -math.cos(gear.transverse_angle)
+    return rows.reshape(-1, 3)
+
+
+def steepness(rows: Floats, teeth: int) -> tuple[float, float]:
+    """Return the largest slope and curvature [m] of the deviations over the path as unit."""
+    each = rows.reshape(teeth, 2, -1, 3)
+    slope = np.max(np.abs(each[:, :, 0, 1])) + math.pi * np.max(np.abs(each[:, :, 0, 2]))
+    bend = math.pi**2 * np.max(np.abs(each[:, :, 0, 2]))
+    if each.shape[2] > 1:
+        bow, spall = np.max(np.abs(each[:, :, 1, 0])), np.max(np.abs(each[:, :, 2, 0]))
+        slope += 4.0 * bow + 1.5 * spall / FAULT_EDGE
+        bend += 8.0 * bow + 6.0 * spall / FAULT_EDGE**2
+    return float(slope), float(bend)

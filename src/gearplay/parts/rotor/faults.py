@@ -1,0 +1,142 @@
+"""Faults of gears in meshes with pairs of teeth: cracks, chips, spalls, missing teeth, pitch errors, wear, eccentricity."""
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field
+
+from gearplay.parts.protocol import PartFault
+from gearplay.parts.rotor.gear import GearName, split_name
+from gearplay.schema.fields import Measure, Problem
+from gearplay.schema.finding import Finding
+from gearplay.vocabulary import quantities as q
+
+Tooth = Annotated[
+    int,
+    Field(
+        ge=0,
+        le=9_999,
+        description="number of the tooth, from 0 at the first mesh of the gear, counter-clockwise",
+    ),
+]
+Flank = Annotated[
+    Literal["left", "right", "both"],
+    Field(description="left is the counter-clockwise flank of an external tooth, of a ring the other one"),
+]
+Depth = Annotated[float, Measure(q.LENGTH, "material missing, normal to the flank", gt=0.0, le=0.01)]
+Height = Annotated[
+    float,
+    Measure(None, "place on the flank's path of contact, 0 at its root end, 1 at the tip", ge=0.0, le=1.0),
+]
+
+
+class GearFault(PartFault):
+    """Base of faults of a gear."""
+
+    table: ClassVar[str] = "rotors"
+    needs_pairs: ClassVar[bool] = True
+
+    at: Annotated[GearName, Field(description="gear, as meshes call it: rotor or rotor.gear")]
+
+    def part(self, parts: Mapping[str, Any]) -> Any:
+        """Return the gear; None where there is none of that name."""
+        rotor, gear = split_name(self.at, parts)
+        found = parts.get(rotor)
+        if found is None or not gear:
+            return found
+        return getattr(found, "gears", {}).get(gear)
+
+    def misfits(self, part: Any) -> Iterator[Problem]:
+        """Yield what does not fit the gear: a tooth that it does not have."""
+        if part.teeth is None:
+            yield Problem(("at",), "must be a gear", "Name a rotor with teeth, or one of its gears")
+        elif getattr(self, "tooth", 0) >= part.teeth:
+            rule = f"must be less than {part.teeth}, the number of teeth, counted from 0"
+            yield Problem(("tooth",), rule, "Choose one of them")
+
+    def findings(self, path: str, part: Any, speed: float) -> Iterator[Finding]:
+        """Yield nothing: `check` prints the frequencies of meshes and shafts."""
+        return iter(())
+
+
+class CrackFault(GearFault):
+    """A crack at the root of a tooth of an external gear; it takes stiffness from the pairs of that tooth."""
+
+    kind: Literal["crack"] = "crack"
+    tooth: Tooth = 0
+    depth: Annotated[float, Measure(q.LENGTH, "length of the crack from the fillet inwards", gt=0.0, le=0.1)]
+    angle: Annotated[
+        float,
+        Measure(
+            q.ANGLE, "angle of the crack from the middle line of the tooth", ge=0.0, le=1.5707963267948966
+        ),
+    ] = 0.7853981633974483
+    flank: Flank = "both"
+
+    def misfits(self, part: Any) -> Iterator[Problem]:
+        """Yield what does not fit, also a ring, whose teeth have no fillet here."""
+        yield from super().misfits(part)
+        if part.internal:
+            yield Problem(("at",), "must be an external gear", "Name one, or take another kind of fault")
+
+
+class ChipFault(GearFault):
+    """A chipped tip: the share of the facewidth that is lost above a height carries nothing."""
+
+    kind: Literal["chip"] = "chip"
+    tooth: Tooth = 0
+    share: Annotated[float, Measure(q.RATIO, "share of the facewidth that is lost", gt=0.0, le=1.0)]
+    height: Height = 0.5
+
+
+class SpallFault(GearFault):
+    """A spall: material missing over a stretch of one flank."""
+
+    kind: Literal["spall"] = "spall"
+    tooth: Tooth = 0
+    depth: Depth
+    start: Height = 0.4
+    end: Height = 0.6
+    flank: Flank = "left"
+
+    def misfits(self, part: Any) -> Iterator[Problem]:
+        """Yield what does not fit, also an end before the start."""
+        yield from super().misfits(part)
+        if self.end <= self.start:
+            yield Problem(("end",), f"must be above start, {self.start:g}", "Give the higher one as end")
+
+
+class MissingToothFault(GearFault):
+    """A broken tooth: its pairs carry nothing."""
+
+    kind: Literal["missing-tooth"] = "missing-tooth"
+    tooth: Tooth = 0
+
+
+class PitchFault(GearFault):
+    """A tooth out of its place."""
+
+    kind: Literal["pitch"] = "pitch"
+    tooth: Tooth = 0
+    offset: Annotated[
+        float,
+        Measure(q.LENGTH, "displacement along the reference circle, counter-clockwise", ge=-0.01, le=0.01),
+    ]
+    flank: Flank = "both"
+
+
+class WearFault(GearFault):
+    """Worn flanks of all teeth, most at root and tip and least at half of the path: depth (2 x - 1)^2."""
+
+    kind: Literal["wear"] = "wear"
+    depth: Depth
+    flank: Flank = "left"
+
+
+class EccentricityFault(GearFault):
+    """An eccentric toothing; adds to the runout of the gear, in meshes of any contact."""
+
+    kind: Literal["eccentricity"] = "eccentricity"
+    needs_pairs: ClassVar[bool] = False
+    amount: Annotated[float, Measure(q.LENGTH, "eccentricity, half the indicator reading", gt=0.0, le=0.01)]
+    phase: Annotated[float, Measure(q.ANGLE, "direction of the eccentricity at rotation 0")] = 0.0
