@@ -43,6 +43,13 @@ def test_files_in_the_contributing_page_exist() -> None:
         assert attribute in text, (file, attribute)
 
 
+def test_tests_in_the_validation_page_exist() -> None:
+    text = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`((?:[a-z]+/)+test_[a-z0-9_*]+\.py)`", text))
+    assert len(named) > 20
+    assert [each for each in sorted(named) if not [*(ROOT / "tests").glob(each)]] == []
+
+
 def test_glossary__names_are_those_of_the_program() -> None:
     """Each name in the right column is a field, a value, a variable of results, a public function, a command or an option."""
     known = (

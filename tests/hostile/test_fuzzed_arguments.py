@@ -113,6 +113,7 @@ def valid(folder: Path) -> dict[str, dict[str, Any]]:
             "reduce": [{"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}],
         },
         "torsional_pair": {"frequency": 0.8},
+        "validate": {},
         "write_record": {"record": record, "path": folder / "again.h5", "overwrite": True},
     }
 

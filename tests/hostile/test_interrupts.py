@@ -42,6 +42,7 @@ VERBS: dict[str, list[str]] = {
     "portrait": ["portrait", "han2021", "--keep", "20000", "--out", "out.png"],
     "analyze": ["analyze", "run.nc", "--channel", "ring.ax"],
     "export": ["export", "run.nc", "--out", "out.nc"],
+    "validate": ["validate"],
 }
 BEGIN = """
 import sys
@@ -52,7 +53,7 @@ from gearplay.__main__ import main
 main()
 """
 """Of Python's own start nothing is asked: the entrance's first line is said, from there on Ctrl-C is heard."""
-QUICK = {"plot", "modes", "portrait", "analyze", "export", "run, saved"}
+QUICK = {"plot", "modes", "portrait", "analyze", "export", "run, saved", "validate"}
 """They may be done before the signal comes."""
 SHORT = {
     *(

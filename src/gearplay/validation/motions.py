@@ -1,6 +1,7 @@
 """Frequencies, statics and motions, computed as a user would: modes, signals and runs of cases."""
 
 import math
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -144,6 +145,27 @@ def bearing_orders() -> Sequence[float]:
     """FTF, BPFO, BPFI, BSF per turn of an ER-10K."""
     found = gp.signals.bearing_orders(8, 0.3125 * 0.0254, 1.319 * 0.0254)
     return [found.ftf, found.bpfo, found.bpfi, found.bsf]
+
+
+def deep_groove_orders() -> Sequence[float]:
+    """FTF, BPFO, BPFI and twice BSF per turn of a 6205."""
+    found = gp.signals.bearing_orders(9, 0.3126 * 0.0254, 1.537 * 0.0254)
+    return [found.ftf, found.bpfo, found.bpfi, 2.0 * found.bsf]
+
+
+def clearance_classes() -> Sequence[float]:
+    """Least and largest clearance [um] of classes CN and C3 of a 6205, as the findings about a case have them."""
+    values: list[float] = []
+    for grade in ("CN", "C3"):
+        document = {
+            "rotors": {"shaft": {"mass": 1.0, "inertia": 1e-3}},
+            "bearings": {"shaft": {"catalogue": "6205", "groove_ratio": 0.52, "internal_clearance": grade}},
+            "run": {"duration": 0.01},
+        }
+        words = " ".join(finding.message for finding in gp.check_case(document))
+        range_of_class = re.search(r"([\d.]+) to ([\d.]+) um \(ISO 5753\)", words)
+        values += [math.nan] * 2 if range_of_class is None else map(float, range_of_class.groups())
+    return values
 
 
 def bearing_statics() -> Sequence[float]:

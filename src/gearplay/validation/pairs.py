@@ -131,6 +131,31 @@ def potential_energy() -> Sequence[float]:
     return values
 
 
+def _loaded(force: float) -> Any:
+    """Return the pair 20/60 under a normal force [N], 10 mm wide, as drawn."""
+    torque = force * 0.04 * math.cos(math.radians(20.0))
+    wide = {"facewidth": "10 mm"}
+    first = wide | {"drive": {"kind": "torque", "torque": torque}}
+    second = wide | {"load": {"torque": 3.0 * torque}}
+    return gp.teeth(pair("4 mm", (20, 0.0, first), (60, 0.0, second), stiffness=_iso()))
+
+
+def load_sharing() -> Sequence[float]:
+    """Deflection [um] and share of the leading pair under 2 kN, at five places of the entering pair; swing of the deflection."""
+    found = _loaded(2000.0)
+    start = (found.values["path_start"] - found.values["pitch_point"]) / found.values["base_pitch"]
+    values = []
+    for place in (-0.05, 0.0, 0.2, 0.69, 0.8):
+        entering = math.floor(start + place)
+        at = found.ds.interp(phase=start + place - entering)
+        values.append(1e6 * float(at["static_transmission_error"]))
+        values.append(float(at["load_sharing_ratio"].sel(pair=entering + 1)))
+    for force in (500.0, 2000.0, 8000.0):
+        deflection = _loaded(force).ds["static_transmission_error"]
+        values.append(1e6 * float(deflection.max() - deflection.min()))
+    return values
+
+
 def over_the_distance() -> Sequence[float]:
     """20/60, module 4, external and internal: contact ratio, working angle, backlash at four centre distances."""
     values = []

@@ -102,6 +102,18 @@ def _allowances() -> tuple[Number, ...]:
     )
 
 
+def _shares(table: dict[float, tuple[float, float]]) -> tuple[Number, ...]:
+    """Return deflection and share of the leading pair by the place of the entering one [pitches from the start of the path]."""
+    return tuple(
+        number
+        for place, (deflection, share) in table.items()
+        for number in (
+            Number(f"entering pair at {place:g} pitches: deflection", deflection, "um", 5e-3),
+            Number(f"entering pair at {place:g} pitches: share of the leading pair", share, "1", 3e-4),
+        )
+    )
+
+
 THREE_PLANETS: Final = (
     (1475.7, 1930.3, 2658.3, 7462.8, 11775.3),
     (743.2, 1102.4, 1896.0, 2276.4, 6986.3, 9647.9),
@@ -157,6 +169,13 @@ COMPARISONS: Final = (
         Number("20/60: contact ratio", 1.670776, "1", 5.1e-7), Number("20/60: one pair", 12.22161, "N/(mm um)", 1e-4),
         Number("23/34: contact ratio", 1.543753, "1", 5.1e-7), Number("23/34: one pair", 13.62255, "N/(mm um)", 1e-4),
     ), pairs.potential_energy),
+    Comparison("Load sharing", "20/60, 10 mm wide, at rest under 2 kN", "ISO 6336-1, one parabola over the path" + INDEPENDENT, (
+        *_shares({-0.05: (13.646891, 0.892372), 0: (9.012647, 0.585768), 0.2: (8.598573, 0.533032), 0.69: (9.297392, 0.394153)}),
+        Number("entering pair at 0.8 pitches: deflection", 15.214375, "um", 1e-3),
+        Number("entering pair at 0.8 pitches: share of the leading pair", 0.0, "1", 1e-9),
+        Number("swing over a pitch, 500 N", 1.700907, "um", 1e-3), Number("swing over a pitch, 2 kN", 6.755947, "um", 5e-3),
+        Number("swing over a pitch, 8 kN", 26.787499, "um", 1e-2),
+    ), pairs.load_sharing),
     Comparison("Frequencies", "planetary set, 3 planets", LIN_PARKER, _modes("Hz", THREE_PLANETS), motions.three_planets),
     Comparison("Frequencies", "planetary set, 4 planets", LIN_PARKER, _modes("Hz", FOUR_PLANETS), motions.four_planets),
     Comparison("Frequencies", "planetary set, carrier held", COOLEY_PARKER, _modes("1", COOLEY), motions.cooley_parker),
@@ -182,6 +201,14 @@ COMPARISONS: Final = (
     ), motions.planetary_events),
     Comparison("Bearings", "ER-10K, orders of the shaft", "pure rolling: 8 balls of 0.3125 in, pitch diameter 1.319 in",
                _numbers("1", 5.1e-5, {"FTF": 0.38154, "BPFO": 3.0523, "BPFI": 4.9477, "BSF": 1.9919}), motions.bearing_orders),
+    Comparison("Bearings", "6205, orders of the shaft", "Case Western Reserve University, bearing data center", (
+        Number("cage", 0.39828, "1", 5.1e-5), Number("outer ring", 3.5848, "1", 5.1e-5),
+        Number("inner ring", 5.4152, "1", 5.1e-5),
+        Number("rolling element, both rings", 4.7135, "1", 1.1e-4),
+    ), motions.deep_groove_orders),
+    Comparison("Bearings", "clearance of a bore of 25 mm", "ISO 5753-1", _numbers("um", 1e-6, {
+        "CN, least": 5.0, "CN, largest": 20.0, "C3, least": 13.0, "C3, largest": 28.0,
+    }), motions.clearance_classes),
     Comparison("Bearings", "displacement of 8 balls under 100 N", "sums of Hertzian loads over the balls" + INDEPENDENT,
                _numbers("um", 5.1e-5, {
         "play 0, ball under the load": 2.5500, "play 0, between balls": 2.5676, "play 5 um, ball under the load": 8.3855,

@@ -115,6 +115,11 @@ def validate(*, progress: Progress | None = None) -> Validation:
     Validation
         ``.ds``, ``.passed``, ``.numbers()``, ``.plot()``; as text the table.
 
+    Raises
+    ------
+    InputError
+        For a ``progress`` that is not a function.
+
     Examples
     --------
     >>> import gearplay as gp
