@@ -43,7 +43,9 @@ def csv_file(tmp_path: Path) -> Path:
         ({"format": "xls"}, "must be one of csv"),
     ],
 )
-def test_request__is_checked(options: dict[str, object], words: str, csv_file: Path) -> None:
+def test_read_measurement__invalid_options_are_refused(
+    options: dict[str, object], words: str, csv_file: Path
+) -> None:
     with pytest.raises(InputError, match=words):
         read_measurement(csv_file, **options)  # type: ignore[arg-type]
 
