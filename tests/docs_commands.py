@@ -37,8 +37,8 @@ SHORTER: dict[str, tuple[str, ...]] = {
     "study": ("--members", "2", "--duration", "1"),
     "motion": ("--periods", "200", "--settle", "100", "--members", "4"),
     "run": ("--set", "run.sampling=10kHz"),
-    "bifurcation": ("--count", "8", "--settle", "50", "--keep", "20"),
-    "measure": ("--duration", "4"),
+    "bifurcation": ("--count", "8", "--settle", "50", "--keep", "20", "--orbits", "12"),
+    "measure": ("--duration", "2"),
     "dataset": ("--set", "run.duration=20ms", "--set", "run.transient=0s"),
     "portrait": ("--settle", "50", "--keep", "100"),
 }

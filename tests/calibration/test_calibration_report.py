@@ -354,7 +354,7 @@ def test_what_is_no_document_is_refused(text: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_tone_fit__a_result_at_its_start_is_reported(written: Any, tmp_path: Path) -> None:
+def test_fit__a_result_at_its_start_is_reported(written: Any, tmp_path: Path) -> None:
     plan, fits, _, document = written
     dying = Drift("slow", "radial", "amplitude", 20.0, -2.0, 0.01)
     changing = [dataclasses.replace(fits[0], drift=(dying,)), *fits[1:]]

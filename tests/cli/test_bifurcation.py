@@ -57,7 +57,7 @@ def test_branches_are_drawn_with_the_sweeps(tmp_path: Path, capsys: pytest.Captu
 
 
 @pytest.mark.slow
-def test_a_value_that_fails_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bifurcation__a_failed_value_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [
         "--low",
         "10um",

@@ -77,7 +77,7 @@ def few(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_plan(FEW, tmp_path_factory.mktemp("few") / "few.toml")
 
 
-def test_a_cluster_without_workers_is_said_to_be_one(start: Start, few: Path, tmp_path: Path) -> None:
+def test_cluster__without_workers_is_reported(start: Start, few: Path, tmp_path: Path) -> None:
     _, address = scheduler(start)
     process = sweep(start, few, tmp_path / "out", address)
     assert process.stderr is not None

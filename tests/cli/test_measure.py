@@ -55,7 +55,7 @@ def test_measure_command__writes_the_record_and_lists_its_content(
     assert sensor["sensor_saturated"] == "no"
 
 
-def test_it_says_in_words_what_was_cut_off(
+def test_measure_command__reports_clipped_samples(
     tmp_path: Path, written: list[tuple[Record, Path]], capsys: pytest.CaptureFixture[str]
 ) -> None:
     rig = tmp_path / "rig.toml"
@@ -67,7 +67,9 @@ def test_it_says_in_words_what_was_cut_off(
     assert len(written) == 1
 
 
-def test_an_existing_record_is_kept_unless_told(tmp_path: Path, written: list[tuple[Record, Path]]) -> None:
+def test_measure__an_existing_record_is_kept_without_overwrite(
+    tmp_path: Path, written: list[tuple[Record, Path]]
+) -> None:
     out = tmp_path / "record.csv"
     out.write_text("mine")
     with pytest.raises(InputError, match="must not exist yet"):

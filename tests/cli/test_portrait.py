@@ -67,7 +67,7 @@ def test_bad_input_is_one_sentence(
     assert not list(tmp_path.iterdir())
 
 
-def test_what_cannot_move_has_no_portrait() -> None:
+def test_portrait__a_rotor_that_cannot_move_is_refused() -> None:
     fixed = {
         "rotors": {
             name: {"teeth": 20, "mass": 1.0, "inertia": 1e-3, "drive": {"kind": "speed", "speed": speed}}

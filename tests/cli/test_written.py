@@ -85,7 +85,9 @@ def test_reports_of_other_parameters_lie_beside() -> None:
 
 
 @pytest.mark.slow
-def test_a_run_names_what_draws_it(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_command__names_the_commands_that_draw_it(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     capsys.readouterr()
     assert run(["run", "han2021", *SMALL, "--out", "a b.nc"]) == 0
     assert capsys.readouterr().out.rstrip().endswith("See it: gearplay plot 'a b.nc'")

@@ -59,7 +59,7 @@ def written_before(page: Path, file: str) -> bool:
 
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if not c.verb], ids=str)
-def test_install_hint__names_existing_targets(command: Command) -> None:
+def test_other_programs__commands_name_existing_targets(command: Command) -> None:
     words = [word for word in command.words if "=" not in word]
     if words[0] == "make":
         targets = re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)

@@ -71,7 +71,7 @@ def test_a_harmonic_motion_shakes_an_oscillator_in_closed_form(measured: Measure
     assert np.allclose(run.signal("base_ay", "base"), a * math.sin(angle) * np.sin(w * run.time), atol=1e-12)
 
 
-def test_a_shock_passes_and_leaves_free_swings(measured: Measured) -> None:
+def test_shock__leaves_free_oscillations(measured: Measured) -> None:
     """Half a sine of duration T from t_0: the integral of Duhamel in closed form within it, free swings after it."""
     k, a, span, start = 2e5, 200.0, 3e-3, 0.011
     run = simulate_one(shaken(k, 0.0, kind="half-sine", amplitude=a, duration=span, start=start))
@@ -106,7 +106,7 @@ def test_a_free_rotor_stays_behind_its_housing() -> None:
 
 
 @pytest.mark.compiled
-def test_a_measured_record_acts_as_what_it_samples(measured: Measured) -> None:
+def test_measured_record__acts_as_the_sampled_acceleration(measured: Measured) -> None:
     """A sine in 40 values per period is that sine, by its spline."""
     k, f = 2e5, 50.0
     times = np.arange(0, 401) / (40.0 * f)
@@ -323,7 +323,7 @@ def test_housing_record__may_differ_by_member() -> None:
 
 
 @pytest.mark.compiled
-def test_a_record_is_as_long_as_the_run_that_was_asked_for() -> None:
+def test_spectral_density__record_covers_the_run() -> None:
     """Not as long as the case's own run, after which it would repeat."""
     document = shaken(1e5, 1.0, kind="spectral-density", density=[[20.0, 1.0], [200.0, 1.0]])
     document["run"] |= {"duration": 0.1, "transient": 0.1}

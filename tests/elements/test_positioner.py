@@ -57,7 +57,7 @@ def test_a_position_loop_is_a_damped_oscillator(measured: Measured) -> None:
 
 
 @pytest.mark.parametrize("limit", [100.0, 0.2])
-def test_a_sampled_control_is_what_its_recursion_says(limit: float, measured: Measured) -> None:
+def test_sampled_control__equals_its_recursion(limit: float, measured: Measured) -> None:
     """Between samples the torque is constant: theta and omega by hand, limited and with back-calculation."""
     period, kp, kd, ki = 1.3e-3, 8.0, 0.06, 40.0
     run = simulate_one(

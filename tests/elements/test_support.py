@@ -200,7 +200,7 @@ def test_a_carried_support_keeps_momentum_and_energy(measured: Measured) -> None
 
 
 @pytest.mark.parametrize("flying", [True, False])
-def test_a_torsional_damper_loses_what_the_rotor_does(*, flying: bool) -> None:
+def test_torsional_damper__loss_equals_the_power_of_the_rotor(*, flying: bool) -> None:
     """On the ground, in closed form and integrated: the lost power is c omega^2, the energy that is gone its integral."""
     document = disc(torsional_damping=0.02)
     document["rotors"]["disc"] |= {"inertia": 1e-3, "initial": {"omega": 30.0}}

@@ -224,7 +224,7 @@ def a_result() -> xr.Dataset:
     )
 
 
-def test_a_result_is_read_as_it_was_written(tmp_path: Path) -> None:
+def test_result__is_read_back_as_written(tmp_path: Path) -> None:
     write_dataset(a_result(), tmp_path / "run.nc")
     xr.testing.assert_identical(read_dataset(tmp_path / "run.nc"), a_result())
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as elsewhere:  # by any reader of netCDF
@@ -274,7 +274,7 @@ def test_numbers_that_a_file_cannot_hold_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["pipe", "device", "folder"])
-def test_what_is_no_plain_file_is_not_read(kind: str, tmp_path: Path) -> None:
+def test_special_file__is_not_read(kind: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no plain file"):
         read_dataset(special(kind, tmp_path))
 

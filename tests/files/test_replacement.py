@@ -54,7 +54,7 @@ def place(folder: Path, of: str = "plan", *, overwrite: bool = True) -> Path:
     return output(folder).place(of, overwrite=overwrite)
 
 
-def test_the_old_result_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
+def test_replacement__keeps_the_old_result_until_the_new_one_is_complete(tmp_path: Path) -> None:
     write(tmp_path, OLD)
     work = place(tmp_path)
     write(work, NEW)
@@ -73,14 +73,14 @@ def test_of_another_plan_nothing_is_kept(tmp_path: Path) -> None:
     assert held(tmp_path) == OLD
 
 
-def test_what_is_not_whole_is_forgotten_at_once(tmp_path: Path) -> None:
+def test_replacement__incomplete_work_is_removed(tmp_path: Path) -> None:
     write(tmp_path, {"rows.sqlite": "some"})
     assert place(tmp_path) == tmp_path
     assert held(tmp_path) == {}
     assert place(tmp_path, overwrite=False) == tmp_path
 
 
-def test_what_replaces_no_whole_result_goes_on_too(tmp_path: Path) -> None:
+def test_replacement__of_an_incomplete_result_resumes(tmp_path: Path) -> None:
     """Until it has ended, or another plan's takes its place; whatever is whole by then."""
     write(tmp_path, {"rows.sqlite": "another plan's"})
     assert place(tmp_path) == tmp_path

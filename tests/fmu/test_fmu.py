@@ -151,7 +151,7 @@ def test_commands_of_the_page_run_as_they_stand(tmp_path: Path, monkeypatch: pyt
     assert numbers[0] == pytest.approx(numbers[1], rel=1e-5)
 
 
-def test_errors_are_said_in_sentences(made: Path, compiled: Path) -> None:
+def test_errors__are_sentences(made: Path, compiled: Path) -> None:
     def said(*words: str, key: str | None = None) -> str:
         program = [compiled / "host", library(made, 3), key or token(made / "3"), *words]
         done = subprocess.run(program, capture_output=True, text=True, check=False)

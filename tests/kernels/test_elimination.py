@@ -8,7 +8,7 @@ from gearplay.kernels.elimination import eliminate, substitute
 
 @pytest.mark.parametrize("kind", [float, complex])
 @pytest.mark.parametrize("count", [1, 2, 5, 12])
-def test_it_solves_what_numpy_solves(kind: type, count: int) -> None:
+def test_linear_solver__equals_numpy(kind: type, count: int) -> None:
     """Rows begin where they like; what lies outside the envelope is not looked at, nor is room for more equations."""
     rng = np.random.default_rng(count)
     first = np.array([int(rng.integers(0, row + 1)) for row in range(count)] + [0] * (14 - count))

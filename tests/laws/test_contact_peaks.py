@@ -63,7 +63,7 @@ def test_peaks_of_a_steep_ramp() -> None:
 
 
 @pytest.mark.parametrize("depth", [1e-8, 1e-7, 1e-6, 1e-5])
-def test_peaks_are_the_largest_samples_whatever_the_ramp(depth: float) -> None:
+def test_peaks__equal_the_largest_samples_under_any_ramp(depth: float) -> None:
     for label, (seen, said, above) in sampled(forum_pair({"ratio": 0.2, "depth": depth}), 1e7).items():
         assert seen.force * (1.0 - 1e-6) <= said.force, label
         assert above <= 1e-3, label

@@ -68,7 +68,7 @@ def end_of(document: Document, tolerance: float, *, moved: float = 0.0) -> Float
 
 
 @pytest.mark.slow
-def test_errors_are_the_tolerance_times_what_the_motion_makes_of_it() -> None:
+def test_error__is_the_tolerance_times_the_growth_of_the_motion() -> None:
     """200 pairs that rock on an edge of a square stiffness, some 30 events each: in proportion over four decades."""
     for seed in range(sized(200, 12)):
         document = rocking_pair(np.random.default_rng([9, seed]))

@@ -98,7 +98,7 @@ def order(located: bool) -> tuple[float, list[float]]:
     return -float(np.polyfit(np.log(counts), np.log(errors), 1)[0]), errors
 
 
-def test_nodes_are_what_the_steps_assume() -> None:
+def test_runge_kutta_nodes__are_first_same_as_last() -> None:
     """The sixth row of weights gives the solution, as the first-same-as-last property needs."""
     assert NODES[6] == 1.0
     assert sum(WEIGHTS[6]) == pytest.approx(1.0, abs=1e-15)

@@ -253,7 +253,7 @@ def test_contacts_are_judged_at_steps_or_stages_of_fixed_steps() -> None:
         gp.Policy(fixed_step_contacts="stage")
 
 
-def test_only_a_case_judged_at_stages_says_so() -> None:
+def test_contacts_by_stage__are_stated_by_such_a_case_only() -> None:
     """Digests of cases from before there was the choice stay."""
     frozen = case(**{"run.fixed_step": 1e-6, "run.fixed_step_contacts": "step"})
     judged = replace(frozen, {"run.fixed_step_contacts": "stage"})

@@ -33,7 +33,7 @@ def test_coefficients_meet_their_order_conditions(method: int) -> None:
 
 
 @pytest.mark.parametrize("method", [radau.LOW, radau.HIGH])
-def test_what_is_too_fast_for_a_step_dies(method: int) -> None:
+def test_radau_methods__are_l_stable(method: int) -> None:
     """R(z) = det(I - z A + z 1 b) / det(I - z A): |R| <= 1 on the imaginary axis, and R goes to 0 (L-stability)."""
     s = int(radau.STAGES[method])
     a = radau.A[method, :s, :s]

@@ -226,7 +226,7 @@ def test_free_motion_signals__satisfy_newtons_law() -> None:
     assert np.allclose(alpha[1:-1], felt[1:-1], rtol=0.0, atol=1e-4 * np.abs(felt).max())
 
 
-def test_the_drive_gives_what_a_coupling_takes() -> None:
+def test_drive_torque__equals_that_of_the_coupling() -> None:
     """A motor of prescribed speed behind an elastic coupling: its torque is the coupling's, in flight as in contact."""
     document = rattling(torsional_stiffness=2e3, torsional_damping=0.1)
     document["rotors"]["motor"] = {"mass": 1.0, "inertia": 1e-3, "drive": {"kind": "speed", "speed": 12.0}}

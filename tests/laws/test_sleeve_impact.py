@@ -82,7 +82,7 @@ def expected_restitution(d: float) -> float:
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("given", [0.9, 0.5])
-def test_literal_law_delivers_what_its_phase_plane_says(law: str, given: float) -> None:
+def test_literal_law__restitution_equals_that_of_the_phase_plane(law: str, given: float) -> None:
     """Rebound speed of each published law: 0.91318 for Lankarani-Nikravesh at 0.9, not 0.9."""
     run = simulate_one(impact(law=law, restitution=given, shaft_radius=0.01), signals=["sleeve_penetration"])
     _, _, v_on, v_off = first_contact(run)
@@ -109,7 +109,7 @@ def test_known_rebounds(law: str, given: float, delivered: float) -> None:
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("wanted", [1.0, 0.95, 0.3])
 @pytest.mark.parametrize("exponent", [1.5, 1.0])
-def test_delivered_reading_gives_the_restitution_asked_for(law: str, wanted: float, exponent: float) -> None:
+def test_delivered_law__has_the_given_restitution(law: str, wanted: float, exponent: float) -> None:
     """restitution_reading = delivered: the rebound is the given one, whatever law and exponent."""
     stiffness = 1e10 if exponent == 1.5 else 5e7
     sleeve = {"law": law, "restitution": wanted, "restitution_reading": "delivered", "shaft_radius": 0.01}

@@ -152,7 +152,7 @@ def test_check_tells_each_length_at_temperature() -> None:
     assert "+11.7 um" in words["sleeves.two.radial_clearance"]
 
 
-def test_an_uncoupled_backlash_is_what_the_temperature_leaves() -> None:
+def test_uncoupled_backlash__follows_the_temperature() -> None:
     """It does not follow the run-out, but it does follow the housing."""
     document = pair() | {"backlash_model": "uncoupled"}
     shown = simulate_one(document).signal("backlash", "one-two")
@@ -160,7 +160,7 @@ def test_an_uncoupled_backlash_is_what_the_temperature_leaves() -> None:
     assert simulate_one(pair()).signal("backlash", "one-two")[0] == pytest.approx(shown[0], abs=0.1e-6)
 
 
-def test_what_expands_must_say_how_much() -> None:
+def test_expansion__is_required_of_parts_at_a_temperature() -> None:
     document = pair()
     del document["rotors"]["two"]["material"]
     with pytest.raises(InputError, match=r"rotors\.two\.material.*is required at 120 degC"):
@@ -171,7 +171,7 @@ def test_what_expands_must_say_how_much() -> None:
         gp.simulate(case_of(document))
 
 
-def test_a_journal_that_seizes_is_told() -> None:
+def test_seized_journal__is_reported() -> None:
     document = pair(warmer=-100.0)
     document["sleeves"]["two"] = sleeve_of(5e-6)
     with pytest.raises(InputError, match="no longer fits its bush"):

@@ -57,7 +57,7 @@ def test_every_value_of_every_bundled_case(name: str) -> None:
             ), (path, new)
 
 
-def test_the_original_and_what_was_not_changed_stay() -> None:
+def test_changed_copy__leaves_the_original_and_other_fields() -> None:
     case = gp.load_case("external-pair")
     before = case.resolved()
     _ = case.sha256

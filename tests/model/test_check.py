@@ -60,7 +60,7 @@ def test_the_other_bundled_cases_have_no_warnings(name: str) -> None:
         ),
     ],
 )
-def test_what_does_not_fit_is_found(changes: dict[str, Any], path: str, words: str) -> None:
+def test_check__misfits_are_found(changes: dict[str, Any], path: str, words: str) -> None:
     warnings = found("han2021-geometric-inertia", changes)
     assert words in warnings[path]
 

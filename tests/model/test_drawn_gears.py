@@ -293,7 +293,7 @@ def test_stiffness_from_the_teeth() -> None:
     assert gp.simulate(case, duration=5e-3, transient=0.0).success
 
 
-def test_light_loads_are_said() -> None:
+def test_light_loads__are_reported() -> None:
     """Note of the factor below 100 N/mm, of a case without load, none above."""
     light = pair(*WIDE, backlash="100 um", stiffness=TEETH)
     assert "at F_t/b = 8.333 N/mm the teeth have 0.537 of the stiffness" in said(light, "note")
@@ -379,7 +379,7 @@ def test_stiffness_runs_the_way_of_the_contact() -> None:
         ({}, {}, {"backlash": "0.1 mm", "contact": "pairs"}, "meshes.0.contact"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_drawn_is_refused(
+def test_drawn_gears__impossible_ones_are_refused(
     first: dict[str, Any], second: dict[str, Any], mesh: dict[str, Any], words: str
 ) -> None:
     with pytest.raises(gp.InputError) as caught:

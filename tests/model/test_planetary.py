@@ -149,7 +149,9 @@ def test_meshes_elsewhere_than_along_x_start_at_their_own_phase() -> None:
         ({"sun": {"sleeve": {**SLEEVE, "on": "stage.carrier"}}}, "members are held by the ground"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_refused_with_its_reason(changes: dict[str, Any], words: str) -> None:
+def test_planetary_set__an_impossible_one_is_refused_with_its_reason(
+    changes: dict[str, Any], words: str
+) -> None:
     text = refusal(planetary_document(**changes))
     assert words in text
     assert "planetary.stage" in text

@@ -85,7 +85,7 @@ def test_the_geometric_inertias_are_those_of_disc_and_annulus() -> None:
     assert replace(fitting, {"title": printed.title, "accepted": printed.accepted, **same}) == printed
 
 
-def test_the_digest_sees_values_and_not_spelling() -> None:
+def test_digest__depends_on_values_and_not_on_spelling() -> None:
     case = load_case("han2021")
     same = load_case(
         "han2021", ["meshes.0.backlash=0.1 mm", "run.seed=0", 'meshes.0.pressure_angle="20 deg"']
@@ -211,7 +211,7 @@ def test_a_planet_on_a_carrier_is_accepted() -> None:
     assert case.sleeves["idler"].on == "carrier"
 
 
-def test_case_itself_takes_what_load_case_takes() -> None:
+def test_case_class__accepts_the_documents_of_load_case() -> None:
     assert Case.model_validate(load_case("han2021").resolved()) == load_case("han2021")
 
 

@@ -88,7 +88,7 @@ def pressed(stiffness: Document, tolerance: float) -> Document:
     return {"rotors": {"a": pinion, "b": wheel}, "meshes": [mesh], "run": run}
 
 
-def test_a_steep_table_presses_as_its_load_says() -> None:
+def test_steep_table__force_balances_the_load() -> None:
     """A spline of continuous curvature falls to -0.9e8 N/m between these points; the mean force is T / r_b."""
     run = simulate_one(pressed(table(*STEEP), 1e-7))
     force = run.signal("drive_force", "a-b")

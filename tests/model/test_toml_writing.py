@@ -13,5 +13,5 @@ DOCUMENTS: list[dict[str, Any]] = [
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)
-def test_what_is_written_reads_back(document: dict[str, Any]) -> None:
+def test_written_file__reads_back(document: dict[str, Any]) -> None:
     assert tomllib.loads(write_toml(document)) == document

@@ -85,7 +85,9 @@ def test_a_unit_has_its_size_however_it_is_spelled(quantity: q.Quantity, text: s
         (q.TORQUE, "10 N²m", "is not a torque"),
     ],
 )
-def test_unsupported_content__is_refused_with_a_cure(quantity: q.Quantity, text: str, cure: str) -> None:
+def test_unit_spelling__a_wrong_one_is_refused_with_its_cure(
+    quantity: q.Quantity, text: str, cure: str
+) -> None:
     with pytest.raises(UnitError) as caught:
         parse_quantity(text, quantity)
     assert cure in str(caught.value)

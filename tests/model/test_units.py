@@ -104,7 +104,7 @@ def test_rational_factors_are_rounded_once() -> None:
         ([1.0], q.LENGTH),
     ],
 )  # fmt: skip
-def test_what_is_no_such_quantity_is_refused(text: object, quantity: q.Quantity) -> None:
+def test_quantity__invalid_values_are_refused_with_a_cure(text: object, quantity: q.Quantity) -> None:
     with pytest.raises(UnitError) as caught:
         parse_quantity(text, quantity)  # type: ignore[arg-type]
     assert caught.value.rule

@@ -28,7 +28,7 @@ def test_two_motions_share_the_plane(found: Basins) -> None:
 
 
 @pytest.mark.slow
-def test_each_start_goes_where_its_label_says(found: Basins) -> None:
+def test_basins__each_start_settles_to_its_label(found: Basins) -> None:
     period_map = StrobeMap(lambda _: BISTABLE, 0.0)
     for row, column in ((0, 0), (2, 3), (4, 5), (1, 4)):
         start = np.array([found.first[column], found.second[row]])
@@ -57,7 +57,7 @@ def test_the_number_of_threads_does_not_matter(found: Basins) -> None:
     assert np.array_equal(again.labels, found.labels)
 
 
-def test_chaos_is_irregular_and_what_fails_says_so() -> None:
+def test_basins__chaos_is_irregular_and_failures_are_marked() -> None:
     chaotic = gp.torsional_pair(0.6, mean_force=0.1, force=0.2, damping_ratio=0.1)
     few = [(*grid[:3], 2) for grid in (ANGLE, SPEED)]
     assert np.all(gp.basins(chaotic, few[0], few[1], settle=50).labels == IRREGULAR)

@@ -126,7 +126,7 @@ def test_constants_of_a_map() -> None:
     assert constants(matrix).tolist() == [False, False, True]
 
 
-def test_what_cannot_be_followed_is_said() -> None:
+def test_branch__an_invalid_request_is_reported() -> None:
     with pytest.raises(
         SimulationError, match=r"there is no orbit of order 2 .* repeats after 1 of 2 periods"
     ):

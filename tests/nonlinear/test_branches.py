@@ -272,7 +272,7 @@ def test_the_branch_passes_both_folds_and_both_grazings(resonance: Branch, measu
 
 
 @pytest.mark.deep
-def test_stable_parts_are_what_sweeps_reach(family: StrobeMap, resonance: Branch, measured: Any) -> None:
+def test_stable_branch__equals_the_sweeps(family: StrobeMap, resonance: Branch, measured: Any) -> None:
     """Carried up and down in frequency the motion jumps at the folds; elsewhere it settles on the branch."""
     folds = sorted(s.orbit.parameter for s in resonance.special if s.kind == FOLD)
     frequencies = np.linspace(0.42, 1.28, 44)
@@ -364,7 +364,7 @@ def test_a_closed_branch_is_followed_once() -> None:
     assert radius == pytest.approx(np.ones(len(radius)), abs=1e-8)
 
 
-def test_a_branch_of_order_2_does_not_go_on_as_one_of_order_1() -> None:
+def test_branch_of_order_2__is_not_continued_as_order_1() -> None:
     """Downwards the 2-cycle of the logistic map ends at r = 3; what repeats each time is no orbit of order 2."""
     start = find_orbit(LOGISTIC, np.array([0.8]), 3.2, order=2)
     branch = follow_branch(LOGISTIC, start, Settings(low=2.5, high=3.3, size=0.1), upwards=False)
@@ -373,7 +373,7 @@ def test_a_branch_of_order_2_does_not_go_on_as_one_of_order_1() -> None:
     assert min(branch.parameters) > 3.0 - 1e-9
 
 
-def test_what_a_map_keeps_stays_along_its_branch() -> None:
+def test_map_invariant__is_constant_along_its_branch() -> None:
     """A second state that is only carried along, and shifts the first: its value picks the branch, nothing moves it."""
     carried = Plain(
         lambda x, r: np.array([r * x[0] * (1.0 - x[0]) + 0.01 * x[1], x[1]]),

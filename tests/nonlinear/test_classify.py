@@ -66,7 +66,7 @@ CHANGES: dict[str, Callable[[Floats], tuple[Floats, Any]]] = {
 @pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("kind", MOTIONS)
-def test_what_must_not_change_the_verdict(kind: str, change: str) -> None:
+def test_kind__is_invariant_under_scaling_and_sampling(kind: str, change: str) -> None:
     """Scales, offsets, the order of signals and signals that say nothing leave the verdict and its numbers alone."""
     plain = classify(MOTIONS[kind], resolution=FINE)
     samples, resolution = CHANGES[change](MOTIONS[kind])

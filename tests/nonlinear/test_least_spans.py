@@ -40,7 +40,7 @@ def test_a_record_whose_duration_is_not_given_is_long_enough() -> None:
     assert 8.0 < mean < 20.0
 
 
-def test_what_has_not_settled_is_refused() -> None:
+def test_classification__an_unsettled_response_is_refused() -> None:
     """A disc that is dragged from its start to its speed: its own trend is its slowest swing."""
     at = np.linspace(0.0, 1.0, 300)
     assert slow_oscillation(np.exp(-at), 1.0) == 2.0
@@ -55,7 +55,7 @@ def test_a_section_within_one_mesh_period_is_refused() -> None:
         gp.motion("han2021", period=1e-6)
 
 
-def test_what_nothing_excites_periodically_may_be_short() -> None:
+def test_record_length__an_unexcited_case_may_be_short() -> None:
     disc = {"mass": 1.0, "inertia": 1e-3, "floating": True, "initial": {"vx": 1e-3}}
     found = gp.lyapunov({"rotors": {"disc": disc}, "run": {"duration": 0.1}}, duration=0.01, transient=0.0)
     assert found.values.size == 6

@@ -80,7 +80,7 @@ def test_all_rotors_are_seen_at_the_instant_of_an_event(seed: int, contact: str)
         assert values[:-1] == pytest.approx(expected, rel=1e-6, abs=1e-10)
 
 
-def test_a_carried_motion_goes_on_where_the_excitation_begins_anew() -> None:
+def test_continued_motion__resumes_at_the_phase_of_the_excitation() -> None:
     """Runout of the pinion: 20 mesh periods. After 3 of them the run goes on to the 20th, then the next value begins."""
     fast = case_of(
         **{

@@ -23,7 +23,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "sleeve": ("han2021", {**SHORT, "run.duration": 0.6}),
     "planets": ("planetary-reducer", SHORT),
     "two stages": ("two-stage-reducer", SHORT),
-    "implicit steps": ("lin-parker-1999", {**SHORT, "run.transient": 0.0}),
+    "implicit steps": ("lin-parker-1999", {"run.duration": 0.02, "run.transient": 0.0}),
     "joined rotors": ("torsional-train", SHORT),
     "housing": ("space-launch", SHORT),
     "equal steps": ("han2021", {**SHORT, "run.fixed_step": 1e-6, "run.duration": 3e-3}),

@@ -94,7 +94,7 @@ def test_a_saturated_sensor_gives_its_limit() -> None:
     assert np.max(np.abs(values(record, "acceleration"))) > 1.9e4
 
 
-def test_a_converter_out_of_range_clips_and_says_when() -> None:
+def test_converter__clips_and_marks_samples_out_of_range() -> None:
     record = apply_chain(tone_means(100.0, 1000.0, 32000), FAST, rig_of(range="0.5 V", bits=8), start=2.0)
     counts, voltage = values(record, "counts"), values(record, "voltage")
     about = record.channel("a.counts").attributes

@@ -59,7 +59,7 @@ def test_the_sensors_run_before_the_record(case: Case) -> None:
     assert record.channel("a.voltage").values[0] != 0.0  # not at rest
 
 
-def test_the_record_says_where_it_comes_from(case: Case) -> None:
+def test_record__has_its_provenance(case: Case) -> None:
     rig = load_rig({"accelerometers": {"a": {}, "b": {"rotor": "pinion", "angle": "90 deg"}}})
     record = measure(case, rig, seed=7, member=2, duration=1e-3)
     about = record.attributes

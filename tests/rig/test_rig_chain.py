@@ -58,7 +58,7 @@ def recorded_over_true(rig: Rig, frequencies: list[float], settling: float, dura
         ({"damping_ratio": 0.7, "resonance": "9 kHz"}, {"sampling": "20 kHz"}, (1.0, 5e3)),
     ],
 )
-def test_tones_pass_as_the_analytic_response_says(
+def test_rig_tones__equal_the_analytic_response(
     sensor: dict[str, object], collector: dict[str, object], edges: tuple[float, float], measured: Measured
 ) -> None:
     """Magnitude to 0.1 % and phase to 1 mrad from the lower to the upper edge of the sensor's band."""
@@ -89,7 +89,7 @@ def test_stop_band__attenuation_equals_the_analytic_response(measured: Measured)
     assert worst < 1e-3
 
 
-def test_an_impulse_rings_as_the_analytic_response_says() -> None:
+def test_rig_impulse__equals_the_analytic_response() -> None:
     """The transform of the response to one interval of acceleration is H(f) over the whole band, past the resonance."""
     rig = load_rig({"accelerometers": {"a": {**QUIET, "lower_frequency": "100 Hz"}}, "collector": {**FINE}})
     fast = 1e5 * 64

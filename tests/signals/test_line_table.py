@@ -23,7 +23,7 @@ def test_noise_has_no_lines() -> None:
     assert found <= 2, "a thousandth of 180 rows was stated, a little more is the noise level's own scatter"
 
 
-def test_a_row_without_a_line_says_so() -> None:
+def test_line_table__a_row_without_a_line_is_marked() -> None:
     row = line_table(Channel("a", noise(1), FS, "V"), (100.0,)).rows[0]
     assert not row.found
     assert math.isnan(row.amplitude)
@@ -69,7 +69,7 @@ def test_neighbouring_side_bands_do_not_bias_a_line() -> None:
 
 
 @pytest.mark.slow
-def test_rows_keep_the_order_asked_for_and_a_wandering_tone_is_no_line() -> None:
+def test_line_table__rows_are_in_the_requested_order_without_wandering_tones() -> None:
     c = Channel(
         "a", np.cos(2 * np.pi * (300.0 * T + 2.0 * T**2)) + np.cos(2 * np.pi * 90.0 * T) + noise(2, 0.05), FS
     )

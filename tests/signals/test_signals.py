@@ -40,7 +40,7 @@ def test_tones_between_lines_in_noise_keep_a_thousandth_and_a_hundredth_of_a_lin
 
 @pytest.mark.slow
 @pytest.mark.parametrize("window", ["hann", "boxcar"])
-def test_stated_intervals_cover_what_they_state(window: str) -> None:
+def test_stated_intervals__have_their_coverage(window: str) -> None:
     """95 % intervals of 300 draws; the coverage of 300 scatters by 1.3 %, of 30 by 4 %."""
     draws = sized(300)
     generator = np.random.default_rng(3)

@@ -160,7 +160,7 @@ def stopped_after(count: int, members: int) -> Sequence[Trajectory]:
     return run_members(case, range(members), threads=1, progress=tick, stop=stop)
 
 
-def test_cancellation_keeps_what_was_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cancellation__keeps_computed_members(monkeypatch: pytest.MonkeyPatch) -> None:
     """Members before are complete, the present one ends where it is, those after it have not begun."""
     monkeypatch.setattr(solver, "next_steps", lambda steps, took: 30)
     found, expected = stopped_after(9, 12), run_members(named("free pair"), range(12))

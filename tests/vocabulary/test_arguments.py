@@ -23,7 +23,7 @@ def test_every_parameter_of_every_public_function_has_a_rule() -> None:
             assert rule_of(name, parameter) is not None
 
 
-def test_a_function_keeps_its_name_and_words() -> None:
+def test_checked_function__keeps_name_and_docstring() -> None:
     assert gp.section.__name__ == "section"
     assert "once per period" in (gp.section.__doc__ or "")
 
@@ -52,7 +52,7 @@ def test_a_function_keeps_its_name_and_words() -> None:
         (lambda: gp.torsional_pair("fast"), "frequency"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_sentence(call: Any, words: str) -> None:
+def test_invalid_argument__is_one_sentence(call: Any, words: str) -> None:
     with pytest.raises(InputError) as caught:
         call()
     assert words in str(caught.value)

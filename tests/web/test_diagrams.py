@@ -70,7 +70,7 @@ def test_map__is_marked_when_its_case_has_changed(visit: Open) -> None:
 
 
 @pytest.mark.deep
-def test_a_diagram_says_when_the_case_has_changed(visit: Open) -> None:
+def test_diagram__marks_a_changed_case(visit: Open) -> None:
     made = visit().ready()
     brief(made)
     small_map(made)
@@ -114,7 +114,7 @@ def test_diagrams_drawn_unseen_have_their_size(visit: Open) -> None:
 
 
 @pytest.mark.deep
-def test_bad_ends_are_told_in_the_units_shown(visit: Open) -> None:
+def test_bad_bounds__are_reported_in_display_units(visit: Open) -> None:
     made = visit().ready()
     made.page.click("#tab-bifurcation")
     made.page.fill("#bifurcation-form [name=axis-low]", "400")
@@ -126,7 +126,7 @@ def test_bad_ends_are_told_in_the_units_shown(visit: Open) -> None:
 
 
 @pytest.mark.deep
-def test_a_map_that_cannot_be_is_told(visit: Open) -> None:
+def test_invalid_map__is_reported(visit: Open) -> None:
     made = visit().ready()
     made.page.click("#tab-map")
     made.page.fill("#map-form [name=columns]", "1")

@@ -40,7 +40,7 @@ def test_one_field_is_reset(visit: Open) -> None:
 
 
 @pytest.mark.deep
-def test_bounds_are_told_beside_the_field(visit: Open) -> None:
+def test_field_bounds__are_next_to_the_field(visit: Open) -> None:
     made = visit().ready()
     label = made.page.locator(".control", has=field(made, "sleeves.ring.restitution")).locator("label")
     assert "to 1" in label.get_attribute("title")
@@ -101,7 +101,7 @@ def test_refused_case__greys_the_earlier_results(visit: Open) -> None:
 
 
 @pytest.mark.deep
-def test_warnings_about_the_case_are_told(visit: Open) -> None:
+def test_case_warnings__are_displayed(visit: Open) -> None:
     made = visit().ready()
     assert made.page.locator("#notes").is_hidden()
     open_run(made)

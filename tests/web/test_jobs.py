@@ -133,7 +133,7 @@ def test_clients__many_at_once_with_many_runs_each(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_result_that_cannot_be_stored_is_shown_and_said_to_be_unkept(tmp_path: Path) -> None:
+def test_unstorable_result__is_displayed_and_reported(tmp_path: Path) -> None:
     """At the limit of a file's size writes fail as on a full disk; with room again results are kept."""
     server = Server(tmp_path)
     try:

@@ -90,7 +90,7 @@ def test_pictures_are_saved(visit: Open, form: str, start: bytes) -> None:
 
 
 @pytest.mark.deep
-def test_nothing_to_save_is_said(visit: Open) -> None:
+def test_save__without_a_result_is_reported(visit: Open) -> None:
     made = visit().ready()
     made.page.click("#tab-map")
     made.page.select_option("#save", "csv")
@@ -112,7 +112,7 @@ def test_a_result_of_another_case_brings_its_case_back(visit: Open) -> None:
 
 
 @pytest.mark.deep
-def test_a_damaged_link_is_told(visit: Open) -> None:
+def test_damaged_link__is_reported(visit: Open) -> None:
     made = visit("/#case=eyJydW4iOnsiZH").ready()
     made.until("document.getElementById('message').textContent.includes('The link is damaged')")
 
@@ -138,7 +138,7 @@ def test_earlier_results_are_recalled(visit: Open) -> None:
 
 
 @pytest.mark.slow
-def test_a_case_file_is_saved_as_it_was_written(visit: Open) -> None:
+def test_case_file__is_saved_as_written(visit: Open) -> None:
     made = visit().ready()
     fill(made, BACKLASH, "150")
     with made.page.expect_download() as waited:
@@ -149,7 +149,7 @@ def test_a_case_file_is_saved_as_it_was_written(visit: Open) -> None:
 
 
 @pytest.mark.slow
-def test_a_result_that_cannot_be_kept_is_said_until_the_next_run(server: Server, visit: Open) -> None:
+def test_unstorable_result__is_reported_until_the_next_run(server: Server, visit: Open) -> None:
     """At the limit of a file's size writes fail as on a full disk."""
     made = visit().ready()
     unlimited = resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE)

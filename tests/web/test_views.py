@@ -167,7 +167,7 @@ def test_the_picture_moves(visit: Open) -> None:
 
 
 @pytest.mark.deep
-def test_what_is_shown_moves_with_the_mechanism(visit: Open) -> None:
+def test_close_up__moves_with_the_mechanism(visit: Open) -> None:
     """The line in the histories and the dot in the orbit stand where the clock says."""
     made = visit().ready()
     made.page.click("#play")

@@ -93,7 +93,7 @@ def test_every_number_of_a_case_has_a_control_that_holds_it(name: str) -> None:
         assert each["group"] in GROUPS.values()
 
 
-def test_the_store_keeps_the_newest(tmp_path: Path) -> None:
+def test_store__keeps_the_newest(tmp_path: Path) -> None:
     store = Store(tmp_path, most=3)
     keys = [Store.key_of({"n": n}) for n in range(5)]
     for n, key in enumerate(keys):
@@ -108,7 +108,7 @@ def test_the_store_keeps_the_newest(tmp_path: Path) -> None:
     assert {each["kind"] for each in store.listed()} == {"run"}
 
 
-def test_the_store_removes_what_a_killed_server_left_and_nothing_else(tmp_path: Path) -> None:
+def test_store__removes_leftovers_of_a_killed_server_only(tmp_path: Path) -> None:
     key = 32 * "a"
     others = [
         f".{key}.frame.0123456789ab.part.txt",
@@ -174,7 +174,7 @@ def test_addresses_and_their_names() -> None:
     assert outside.url == "http://192.168.1.5:8/?token=a-token-of-enough-letters"
 
 
-def test_a_run_shows_what_the_solver_says() -> None:
+def test_run_view__equals_the_solver() -> None:
     """Curves, frames and statistics are those of the same run by `simulate`."""
     import gearplay as gp
 
@@ -321,7 +321,7 @@ def test_an_ensemble_is_averaged() -> None:
 
 
 @pytest.mark.parametrize("measure", ["rms", "peak", "line", "share_of_time", "rms_impact_speed"])
-def test_a_map_has_what_single_runs_give(measure: str) -> None:
+def test_map__equals_single_runs(measure: str) -> None:
     of = "ring" if measure in ("rms", "peak", "line") else "pinion-ring:drive"
     words = job(**{**SMALL_MAP, "measure": measure, "of": of})
     words["case"]["run"]["duration"] = 0.2
@@ -355,7 +355,7 @@ def test_every_measure_that_is_offered_is_kept() -> None:
         assert (found["reasons"], np.all(np.isfinite(found["values"]))) == ([], True), each
 
 
-def test_what_fails_in_a_map_is_said() -> None:
+def test_map__failures_are_reported() -> None:
     words = job(**SMALL_MAP)
     words["case"]["run"]["max_steps"] = 5
     found = unpack_frame(TASKS["map"](words, quiet, STOP))
@@ -446,7 +446,7 @@ def test_map_of_members__has_their_spread_and_marks_uncertain_cells() -> None:
     assert found["case"]["run"]["duration"] == 0.05
 
 
-def test_a_case_file_keeps_all_that_is_not_changed() -> None:
+def test_case_file__unchanged_text_is_kept() -> None:
     source = bundled_text("gearplay.model", "cases", "two-stage-reducer")
     changes = {
         "rotors.layshaft.gears.pinion.runout.phase": np.pi / 3.0,

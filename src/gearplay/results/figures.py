@@ -70,7 +70,7 @@ def draw_history(
     *,
     scale: Window | None = None,
 ) -> None:
-    """Draw a signal within a window, minimum and maximum of each segment; the unit by its largest value in ``scale``."""
+    """Draw a signal within a window as minimum and maximum of segments, in a unit chosen by its maximum within ``scale``."""
     t, v = cut(result, signal, label, window, member)
     quantity = RESULT_VARIABLES[signal]
     scaled = v if scale is None else cut(result, signal, label, scale, member)[1]
@@ -266,7 +266,7 @@ def waterfall_figure(result: "Result", signal: str, label: str, window: Window) 
 
 
 def overview_figure(result: "Result", window: Window) -> Any:
-    """Return one figure: transmission error of the output shaft, an orbit, forces in mesh closely, backlash, a spectrum."""
+    """Return one figure: transmission error of the output shaft, an orbit, a close-up of mesh forces, backlash, a spectrum."""
     case, held, shaft = result.case, result.held(), result.output
     free = [name for name in free_rotors(case) if moves(result, "x", name) or moves(result, "y", name)]
     free.sort(key=lambda name: name != shaft.rotor)

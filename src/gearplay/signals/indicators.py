@@ -40,7 +40,7 @@ class SplitAverage:
 class GearIndicators:
     """Condition indicators of one gear; ``rms`` and ``sideband_index`` in ``unit``, the others [1].
 
-    Of a signal without the part that an indicator is of, the indicator is not defined: nan.
+    An indicator is NaN where the part of the signal that it is computed from is zero.
     """
 
     rms: float

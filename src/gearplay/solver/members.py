@@ -81,7 +81,7 @@ def build_of(packed: Packed, places: Ints) -> tuple[Any, ...]:
 
 
 class Pool:
-    """Reused runs of the builds simulated last, for the threads that take one."""
+    """Cache of runs for reuse by threads, of the builds simulated last."""
 
     def __init__(self) -> None:
         self.idle: list[ReusedRun] = []

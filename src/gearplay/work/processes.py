@@ -72,7 +72,7 @@ class Processes:
     def outcomes(
         self, task: Task[Piece], jobs: Sequence[int], stop: threading.Event | None = None
     ) -> Generator[list[Piece]]:
-        """Yield the pieces of jobs, some at a time; no more once stopped.
+        """Yield the pieces of jobs as batches finish; end when stopped.
 
         Raises `SimulationError` where processes die again and again.
         """

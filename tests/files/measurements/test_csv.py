@@ -43,7 +43,7 @@ def test_a_decimal_comma_in_one_column(tmp_path: Path) -> None:
     assert found.channel("acc").values.tolist() == [1.5, 2.5]
 
 
-def test_what_comments_say_is_kept(tmp_path: Path) -> None:
+def test_comments__declarations_are_read(tmp_path: Path) -> None:
     found = table(tmp_path, "# rig: one\n# sampling = 50 Hz\n# start = 2\nacc\n1\n2\n")
     assert dict(found.attributes) == {"rig": "one"}
     assert (found.channel().sampling, found.channel().start) == (50.0, 2.0)
@@ -57,7 +57,7 @@ def test_tables_without_header(tmp_path: Path) -> None:
     assert table(tmp_path, "3\n1\n2\n", sampling=8.0).channel().values.tolist() == [3, 1, 2]
 
 
-def test_repeated_and_missing_names_are_told_apart(tmp_path: Path) -> None:
+def test_repeated_and_missing_names__are_made_distinct(tmp_path: Path) -> None:
     assert table(tmp_path, "t,a,,a\n0,1,2,3\n1,1,2,3\n").names == ("a", "channel 2", "a (2)")
 
 

@@ -43,12 +43,14 @@ def csv_file(tmp_path: Path) -> Path:
         ({"format": "xls"}, "must be one of csv"),
     ],
 )
-def test_what_is_asked_is_checked(options: dict[str, object], words: str, csv_file: Path) -> None:
+def test_read_measurement__invalid_options_are_refused(
+    options: dict[str, object], words: str, csv_file: Path
+) -> None:
     with pytest.raises(InputError, match=words):
         read_measurement(csv_file, **options)  # type: ignore[arg-type]
 
 
-def test_channels_come_in_the_order_asked(csv_file: Path) -> None:
+def test_channels__are_in_the_requested_order(csv_file: Path) -> None:
     assert read_measurement(csv_file, channels=("force", "acc")).names == ("force", "acc")
 
 
@@ -182,7 +184,7 @@ def test_a_library_that_fails_is_one_sentence() -> None:
         raise ZeroDivisionError("by zero")
 
 
-def test_what_a_library_complains_of_is_a_refusal() -> None:
+def test_library_warning__is_a_refusal() -> None:
     complaints = refusing.Complaints("noisy")
     logging.getLogger("noisy.part").warning("read %d of %d", 3, 4)
     with pytest.raises(MeasurementError, match=r"readable X file \(read 3 of 4\)"):

@@ -396,7 +396,7 @@ def test_units_are_given_where_a_file_has_none(tmp_path: Path) -> None:
         read_measurement(tmp_path / "bare.mat", units={"ac": "g"})
 
 
-def test_what_is_no_channel_is_kept_or_named(tmp_path: Path) -> None:
+def test_other_data__is_kept_or_named(tmp_path: Path) -> None:
     savemat(
         tmp_path / "run.mat", {"acc": VALUES, "fs": RATE, "rpm": 1797.0, "note": "cold", "z": VALUES + 1j}
     )

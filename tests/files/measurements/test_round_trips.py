@@ -95,7 +95,7 @@ def test_unwritable_output__is_refused_and_leaves_no_file(
     assert not list(tmp_path.iterdir())
 
 
-def test_an_existing_record_is_kept_unless_asked(tmp_path: Path) -> None:
+def test_write_record__an_existing_file_is_kept_without_overwrite(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     write_record(two_channels(), path)
     with pytest.raises(InputError, match="must not exist yet"):

@@ -15,7 +15,7 @@ DISSIPATION = q.Quantity("dissipation", "chi", "s/m", "s/m", 1.0, "coefficient o
 
 @dataclass(frozen=True)
 class OwnMeasure(Measure):
-    """A number whose quantity no other part has: its bounds are those of the field alone."""
+    """A number of a quantity that only this part has, so that the field alone bounds it."""
 
     def read(self, value: Any) -> float:
         """Return the value in SI, or refuse it."""

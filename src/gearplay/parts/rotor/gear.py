@@ -132,7 +132,7 @@ class Toothing(Part):
     ) -> tuple[float, float]:
         """Return upper and lower change of the normal tooth thickness [m] from that of the shift; ``sign`` -1 of a ring.
 
-        Of a class beyond the table of DIN 3967 NaN.
+        NaN for a class that the table of DIN 3967 does not have.
         """
         if self.thickness is not None:
             shift = 2.0 * self.profile_shift * math.tan(pressure_angle)

@@ -27,7 +27,7 @@ FIRM = "\N{NO-BREAK SPACE}"
 
 @dataclass(frozen=True)
 class Along:
-    """An axis or a drawn parameter as it is shown: values in ``unit``, ``factor`` of it in one of SI; 0 in SI is ``offset``.
+    """An axis or a drawn parameter in display units: shown value = ``factor`` x SI value + ``offset``, in ``unit``.
 
     Categories have the values 0, 1, ... and ``labels``.
     """

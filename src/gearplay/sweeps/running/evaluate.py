@@ -169,5 +169,5 @@ class _StoppedError(Exception):
 
 @lru_cache(maxsize=4)
 def sweep_of(plan: str) -> Sweep:
-    """Return the sweep of a plan written as JSON; kept, so that a worker makes it once."""
+    """Return the sweep of a plan written as JSON; cached, so that a worker builds it once."""
     return Sweep(SweepPlan.model_validate_json(plan))

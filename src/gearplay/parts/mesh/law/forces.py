@@ -230,7 +230,7 @@ def start_step(system: System, n: int, t: float, y: Floats, branch: Branch) -> N
 
 @compiled_inline
 def end_step(system: System, n: int, y: Floats, branch: Branch) -> None:
-    """Follow a gear that travels round its partner."""
+    """Update the line of action of a gear that moves around its partner."""
     follow_orbit(system, n, y, branch.memory)
 
 
