@@ -35,6 +35,15 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
     if not plain:
         rotors["small"]["runout"] = {"amplitude": 2e-5, "phase": float(rng.uniform(0.0, 6.0))}
         rotors["large"]["load"] = {"torque": float(rng.uniform(0.0, 5.0))}
+    faults: list[Document] = []
+    if not plain and helix == 0.0:
+        for each in rotors.values():
+            if "teeth" in each and rng.random() < 0.5:
+                relief = {"amount": 5e-6, "length": 2e-3, "shape": str(rng.choice(["linear", "parabolic"]))}
+                each |= {"tip_relief": relief, "quality": int(rng.integers(4, 9))}
+        for name, teeth in (("small", 20), ("large", 60)):
+            if rng.random() < 0.4:
+                faults += _faults(name, teeth, internal and name == "large")
     constant = bool(rng.integers(2))
     law: Document = {"law": "constant"} if constant else {"depth": 2e-5}
     return {
@@ -42,6 +51,7 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
         "mesh_phases": "from_zero",
         "rotors": rotors,
         "sleeves": sleeves,
+        "faults": faults,
         "meshes": [
             {
                 "driver": driver,
@@ -59,6 +69,18 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
         ],
         "run": {"duration": 0.01, "sampling": 1e4},
     }
+
+
+def _faults(name: str, teeth: int, internal: bool) -> list[Document]:
+    """Return a fault of each kind that has a shape, on all teeth in turn."""
+    shapes: list[Document] = [
+        {"kind": "spall", "depth": 8e-6, "start": 0.3, "end": 0.7, "flank": "both"},
+        {"kind": "chip", "share": 0.4, "height": 0.5},
+    ]
+    if not internal:
+        shapes.append({"kind": "crack", "depth": 2e-3})
+    found = [{**shapes[tooth % len(shapes)], "at": name, "tooth": tooth} for tooth in range(min(teeth, 20))]
+    return [*found, {"kind": "wear", "at": name, "depth": 4e-6, "flank": "both"}]
 
 
 def carried(document: Document, sign: float, angle: float) -> Document:
