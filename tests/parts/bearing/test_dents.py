@@ -122,6 +122,37 @@ def test_energy_closes_over_dents(cage_torque: bool, damping: float, measured: M
     assert np.max(off) < (1e-4 if np.any(gained) else 1e-9) * 5e-4 + 1e-12 * energy[0]
 
 
+def test_no_dent_is_passed_within_a_step() -> None:
+    """Steps at a constant speed from 10 deg before the dent's end on, and one that turns round a little beyond it."""
+    document = dented({"cage_phase": math.radians(-103.0)}, {}, drive={"kind": "speed", "speed": 100.0})
+    system = pack(case_of(document)).system
+    branch, loads, stages = make_branch(system), make_loads(system), np.zeros((7, 6))
+    switch, share = 16, 0.5 * (1.0 - 7.9375 / 33.5026)
+    g_0, g_1 = np.zeros(17), np.zeros(17)
+
+    def beyond(travel: float) -> float:
+        """Return the switch after an element has moved by an angle [deg]: over 0 within the dent."""
+        y = np.zeros(6)
+        y[2] = math.radians(travel) / share
+        return dispatch.own_switch(system, 0, switch, 0.0, y, branch, loads)
+
+    def may(begin: float, end: float) -> bool:
+        g_0[switch], g_1[switch] = beyond(begin), beyond(end)
+        h = math.radians(end - begin) / (100.0 * share)
+        return dispatch.may_return(system, 0, switch, h, branch, loads, loads, g_0, g_1, stages)
+
+    assert beyond(13.0) == pytest.approx(math.radians(3.0), rel=1e-9), "in its middle"
+    assert abs(beyond(10.0)) < 1e-12 > abs(beyond(16.0))
+    assert may(0.0, 17.0)
+    assert may(9.9, 16.1)
+    assert not may(0.0, 9.9)
+    assert not may(16.1, 30.0)
+    assert not may(9.0, 9.99)
+    stages[:, 5] = 1e6  # rad/s^2
+    assert may(9.0, 9.99), "within h^2/4 of the end by its acceleration"
+    assert not may(0.0, 0.1)
+
+
 @pytest.mark.parametrize("cage_torque", [True, False])
 @pytest.mark.parametrize("kind", ["inner", "outer", "element"])
 def test_slopes_of_the_torque(kind: str, cage_torque: bool) -> None:
