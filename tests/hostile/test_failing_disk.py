@@ -14,6 +14,7 @@ import pytest
 import gearplay as gp
 from calibration_problems import PLAN as CALIBRATION
 from cli.test_sweep import FEW
+from datasets.plans import FEW as FEW_RECORDS
 from depth import sized
 from gearplay.model.toml_files import write_toml
 from gearplay.vocabulary.errors import GearplayError
@@ -83,6 +84,12 @@ def parts_of(before: Path, held: Path, whole: Path) -> None:
             assert (held / name).stat().st_size > 0.5 * (before / name).stat().st_size
 
 
+def whole_records(before: Path, held: Path, whole: Path) -> None:
+    """Look at a data set's folder: each record that is there is whole, and so is the table of labels."""
+    for path in (*(held / "out").rglob("*.npy"), *(held / "out").glob("labels.csv")):
+        assert same(path, whole / path.relative_to(held)), path
+
+
 RECORD = """
 import gearplay as gp
 record = gp.read_measurement("record.csv", sampling=1000.0)
@@ -128,6 +135,11 @@ def begin_run(before: Path) -> None:
 
 def begin_sweep(before: Path) -> None:
     (before / "plan.toml").write_text(write_toml(FEW), encoding="utf-8")
+
+
+def begin_dataset(before: Path) -> None:
+    plan = FEW_RECORDS | {"members": 1, "axes": []}
+    (before / "plan.toml").write_text(write_toml(plan), encoding="utf-8")
 
 
 def begin_old_sweep(before: Path) -> None:
@@ -203,6 +215,14 @@ WORK: dict[str, tuple[dict[str, Any], Callable[[Path], None], Look, int, int, bo
         one_sweep,
         5,
         400,
+        True,
+    ),
+    "labelled records": (
+        {"words": ["dataset", "plan.toml", "--out", "out"]},
+        begin_dataset,
+        whole_records,
+        6,
+        200,
         True,
     ),
     "calibrate": (

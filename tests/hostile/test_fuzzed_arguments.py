@@ -93,6 +93,16 @@ def valid(folder: Path) -> dict[str, dict[str, Any]]:
         "load_sharing": {"source": "planetary-reducer"},
         "lost_motion": {"case": pressed, "at": "output", "hold": "input", "torque": 5.0},
         "lyapunov": {"case": pair, "count": 1, "duration": 0.5, "transient": 0.1},
+        "make_dataset": {
+            "plan": {
+                "case": short.resolved(),
+                "rig": {"collector": {"sampling": "20 kHz"}},
+                "classes": [{"label": "a"}, {"label": "b", "set": {backlash: "120 um"}}],
+                "axes": [{"name": "seed", "path": "run.seed", "values": [1, 2]}],
+                "split": {"train": 0.5, "validation": 0.0, "test": 0.5},
+            },
+            "folder": folder / "records",
+        },
         "measure": {"case": short, "duration": 0.01, "transient": 0.0},
         "modes": {"case": pressed},
         "motion": {"case": pair, "periods": 100, "settle": 5, "ensemble": 4, "compare": False},

@@ -27,6 +27,7 @@ VERBS: dict[str, list[str]] = {
     "run, loaded": ["run", "external-pair", *LONG, "--set", "run.sampling=10Hz", "--out", "out.nc"],
     "run, saved": ["run", "han2021", "--duration", "8s", "--out", "out.nc"],
     "study": ["study", "han2021", "--members", "64", "--duration", "400", "--out", "out"],
+    "dataset": ["dataset", "bearing-dents", "--out", "dents"],
     "sweep": ["sweep", "han2021-map", "--out", "out"],
     "sweep, processes": ["sweep", "han2021-map", "--engine", "processes", "--out", "out"],
     "calibrate": ["calibrate", "tutorial", "--out", "out"],

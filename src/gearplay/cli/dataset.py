@@ -70,7 +70,7 @@ def dataset(
         words = (
             f"Shard {shard}: {ran} records simulated. The same command without --shard gathers all shards."
         )
-        document = {"title": made.plan.title, "shard": shard, "ran": ran, "out": str(folder)}
+        document: dict[str, Any] = {"title": made.plan.title, "shard": shard, "ran": ran, "out": str(folder)}
         print_json(document) if json else print_text(words)
         return
     done = found.ds["status"].values == 0

@@ -42,7 +42,8 @@ def _lines(made: Dataset, table: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     duration = collector.duration or recipe.base.run.duration
     yield f"# {plan.title or 'Data set'}"
     yield ""
-    yield f"{account}. Simulated by gearplay {VERSION}; the whole plan is `plan.json`."
+    counted = str(account).replace("case", "record", 1)
+    yield f"{counted}. Simulated by gearplay {VERSION}; the whole plan is `plan.json`."
     yield ""
     yield "## Records"
     yield ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,10 +10,9 @@ from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, s
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 
-def levels_figure(ds: xr.Dataset) -> Figure:
+def levels_figure(ds: xr.Dataset) -> Any:
     """Return the figure of the rms of every record over its label, coloured by part of the split."""
     figure, axes = make_figure(1, 1, 4.0)
     ax = axes[0, 0]

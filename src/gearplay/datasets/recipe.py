@@ -65,9 +65,9 @@ class Recipe:
                 for reached in quantile(p, limits, np.array([EDGE, 1.0 - EDGE])).tolist():
                     try_draw(p, f"{prefix}.{number}", reached, base)
                 found.append((p, limits))
-        for p in (*self.plan.axes, *(self.plan.design.parameters if self.plan.design else ())):
-            for path in (p.path, *p.also):
-                number_at(base, path) if p.mode == "scale" else value_at(base, path)
+        for varied in (*self.plan.axes, *(self.plan.design.parameters if self.plan.design else ())):
+            for path in (varied.path, *varied.also):
+                number_at(base, path) if varied.mode == "scale" else value_at(base, path)
         return Kind(each, base, tuple(found))
 
     def place(self, record: int) -> tuple[int, int, int, int]:

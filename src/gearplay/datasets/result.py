@@ -14,8 +14,6 @@ from gearplay.results.outcomes import Account
 from gearplay.results.provenance import provenance
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from gearplay.datasets.evaluate import Dataset
 
 
@@ -55,7 +53,7 @@ class DatasetResult(OfDataset):
             *((f"{count} failed", reason) for reason, count in self.account.reasons),
         ]
 
-    def plot(self) -> Figure:
+    def plot(self) -> Any:
         """Return a figure of the rms values by label and part of the split."""
         from gearplay.datasets.figures import levels_figure
 

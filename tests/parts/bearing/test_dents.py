@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from building import Document, Measured, case_of, merged, simulate_one
+from building import Document, Floats, Measured, case_of, merged, simulate_one
+from gearplay.integrate import dispatch
+from gearplay.integrate.right_hand_side import make_loads
+from gearplay.integrate.slopes import make_slopes
+from gearplay.integrate.switches import make_branch
+from gearplay.kernels.layout import LOADED, OPEN, PENETRATION
+from gearplay.model.pack import pack
 from gearplay.vocabulary.errors import InputError
 from parts.bearing.shafts import BALLS, Law, shaft, under
 
@@ -114,6 +120,71 @@ def test_energy_closes_over_dents(cage_torque: bool, damping: float, measured: M
     measured("bearing with dents: energy, of the centre's", float(np.max(off)) / 5e-4, "1e-4")
     assert run.counters.events > 20
     assert np.max(off) < (1e-4 if np.any(gained) else 1e-9) * 5e-4 + 1e-12 * energy[0]
+
+
+def test_no_dent_is_passed_within_a_step() -> None:
+    """Steps at a constant speed from 10 deg before the dent's end on, and one that turns round a little beyond it."""
+    document = dented({"cage_phase": math.radians(-103.0)}, {}, drive={"kind": "speed", "speed": 100.0})
+    system = pack(case_of(document)).system
+    branch, loads, stages = make_branch(system), make_loads(system), np.zeros((7, 6))
+    switch, share = 16, 0.5 * (1.0 - 7.9375 / 33.5026)
+    g_0, g_1 = np.zeros(17), np.zeros(17)
+
+    def beyond(travel: float) -> float:
+        """Return the switch after an element has moved by an angle [deg]: over 0 within the dent."""
+        y = np.zeros(6)
+        y[2] = math.radians(travel) / share
+        return dispatch.own_switch(system, 0, switch, 0.0, y, branch, loads)
+
+    def may(begin: float, end: float) -> bool:
+        g_0[switch], g_1[switch] = beyond(begin), beyond(end)
+        h = math.radians(end - begin) / (100.0 * share)
+        return dispatch.may_return(system, 0, switch, h, branch, loads, loads, g_0, g_1, stages)
+
+    assert beyond(13.0) == pytest.approx(math.radians(3.0), rel=1e-9), "in its middle"
+    assert abs(beyond(10.0)) < 1e-12 > abs(beyond(16.0))
+    assert may(0.0, 17.0)
+    assert may(9.9, 16.1)
+    assert not may(0.0, 9.9)
+    assert not may(16.1, 30.0)
+    assert not may(9.0, 9.99)
+    stages[:, 5] = 1e6  # rad/s^2
+    assert may(9.0, 9.99), "within h^2/4 of the end by its acceleration"
+    assert not may(0.0, 0.1)
+
+
+@pytest.mark.parametrize("cage_torque", [True, False])
+@pytest.mark.parametrize("kind", ["inner", "outer", "element"])
+def test_slopes_of_the_torque(kind: str, cage_torque: bool) -> None:
+    """The torque and the force of one loaded element in a dent, by the rotation of the shaft, against differences."""
+    document = dented(
+        {"internal_clearance": 1e-5, "damping": {"value": 2.0}, "cage_torque": cage_torque},
+        {"kind": kind, "arc": "20 deg"} | ({"angle": 0.0} if kind == "element" else {}),
+        initial={"omega": 200.0},
+    )
+    document["bearings"]["shaft"]["cage_phase"] = -0.5 * math.pi
+    del document["rotors"]["shaft"]["drive"]
+    system = pack(case_of(document)).system
+    branch, loads, y = make_branch(system), make_loads(system), np.zeros(6)
+    y[:] = 2e-7, -9e-6, 0.02, 1e-3, 2e-3, 200.0
+    acting = np.array([1, 0], dtype=np.int64)
+
+    def force(turn: float) -> Floats:
+        at, loads.rotors[:] = y.copy(), 0.0
+        at[2] += turn
+        dispatch.contact_kinematics(system, 0, 0.0, at, branch, loads)
+        branch.modes[:8] = np.where(loads.contacts[:, PENETRATION] > 0.0, LOADED, OPEN)
+        dispatch.initialise(system, 0, 0.0, at, branch, loads)
+        dispatch.apply_forces(system, acting, 0.0, at, branch, loads, np.zeros(6))
+        return np.array(loads.rotors[0])
+
+    force(0.0)
+    assert branch.modes[8] == 1, "in the dent"
+    rows, found, z = make_slopes(system), np.zeros((1, 3)), np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    dispatch.linearise(system, 0, 0.0, y, branch, loads, rows.elements[0])
+    dispatch.add_change(system, 0, rows.elements[0], z, branch, found, np.zeros(6))
+    expected = (force(1e-5) - force(-1e-5)) / 2e-5
+    assert found[0] == pytest.approx(expected, rel=1e-6, abs=1e-9 * float(np.max(np.abs(expected))))
 
 
 @pytest.mark.parametrize(
