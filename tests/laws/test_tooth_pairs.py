@@ -43,6 +43,9 @@ OPEN: list[tuple[Any, ...]] = [
         (-9.143127351868285e-06, -2.0824838710097408e-05, 0.9447764846783571,
          1.314097269872363e-05, 2.7900227517738662e-05, 0.37605535997716943), 5e-11,
     ),
+    (0.004, (20, 70), (0.2, 0.2), True, 5e-05, 0.01, (1.0, 4.0), (0.0006, 0.03),
+     (50000000.0, 50000000.0), (100.0, 100.0), (0.0, 0.0), 50.0, (62.83185307179586, 17.151958020513103), -0.00015202539606798404, (0.0448, 0.1368),
+     (6.792250372145148e-07, -3.170284802426954e-06, 0.36373148031534636, 8.00724085559672e-07, 3.0456514410645836e-06, 0.10368792897691763), 2e-08),
 ]  # fmt: skip
 
 
@@ -121,7 +124,9 @@ def open_case(row: tuple[Any, ...]) -> tuple[Document, float]:
     return document, touching
 
 
-@pytest.mark.parametrize("row", OPEN, ids=["external-loaded", "external-rattling", "internal-loaded"])
+@pytest.mark.parametrize(
+    "row", OPEN, ids=["external-loaded", "external-rattling", "internal-loaded", "internal-back-flank"]
+)
 def test_trajectories__agree_with_an_independent_simulation(row: tuple[Any, ...], measured: Measured) -> None:
     document, touching = open_case(row)
     run = simulate_one(document)
@@ -136,7 +141,7 @@ def test_trajectories__agree_with_an_independent_simulation(row: tuple[Any, ...]
         "1e-9",
     )
     assert off[[0, 1, 3, 4]].max() < 1e-9
-    assert off[[2, 5]].max() < 1e-9
+    assert off[[2, 5]].max() < max(1e-9, row[16])
 
 
 def placed(packed: Packed, place: float, overlap: float) -> Floats:
