@@ -393,7 +393,13 @@ def test_energy__closes_with_corners_and_deviations(measured: Measured) -> None:
         ({"meshes": [{"stiffness": {"kind": "harmonic", "mean": 1e8}}]}, "stiffness"),
         ({"meshes": [{"friction_coefficient": 0.1}]}, "friction_coefficient"),
         ({"backlash_model": "uncoupled"}, "contact"),
-        ({"meshes": [{"contact": "mesh"}], "rotors": {"one": {"quality": 7}}}, "quality"),
+        (
+            {
+                "meshes": [{"contact": "mesh"}],
+                "rotors": {"one": {"tip_relief": {"amount": 1e-6, "length": 1e-3}}},
+            },
+            "tip_relief",
+        ),
         ({"rotors": {"one": {"deviations": {"pitch": [1e-6, 2e-6]}}}}, "one item for each of the 20 teeth"),
         ({"rotors": {"one": {"quality": 7, "deviations": {}}}}, "quality"),
     ],
