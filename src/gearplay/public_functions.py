@@ -31,6 +31,7 @@ RESULTS: Final = MappingProxyType(
         "modes": "linear.modes:Modes",
         "lost motion": "hysteresis.result:LostMotion",
         "reduction": "hysteresis.reduction:Reduction",
+        "describing function": "hysteresis.describing:DescribingFunction",
         "teeth": "gear_pairs.teeth:Teeth",
         "load sharing": "planets.sharing:LoadSharing",
         "campbell": "linear.campbell:Campbell",
