@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -145,10 +145,10 @@ def describing_function(
         rule = "must twist the train well beyond its play"
         raise InputError(Fault("torque", f"{rated:.4g} N m", rule, "Raise it"))
     amplitudes = np.geomspace(least, twist[-1], AMPLITUDES)
+    stiffness = _first_harmonic(twist, torques, half)
 
     def harmonic(amplitude: float) -> complex:
-        loss = 4.0 * friction / (math.pi * amplitude)
-        return complex(_first_harmonic(twist, torques, half, amplitude), loss)
+        return complex(stiffness(amplitude), 4.0 * friction / (math.pi * amplitude))
 
     found = np.array([harmonic(a) for a in amplitudes.tolist()])
     variables: dict[str, Any] = {
@@ -195,13 +195,18 @@ def _elastic_curve(train: Train, rated: float) -> tuple[Floats, Floats, float]:
     return twist, np.concatenate([[0.0], torques]), half
 
 
-def _first_harmonic(twist: Floats, torques: Floats, half: float, amplitude: float) -> float:
+def _first_harmonic(twist: Floats, torques: Floats, half: float) -> Callable[[float], float]:
     """Return the first harmonic [N m/rad] of the torque over ``amplitude sin x``, by Gauss's rule from the edge of the play on."""
     from scipy.interpolate import PchipInterpolator
 
     nodes, weights = np.polynomial.legendre.leggauss(96)
-    start = math.asin(min(half / amplitude, 1.0))
-    width = 0.5 * math.pi - start
-    x = start + 0.5 * width * (nodes + 1.0)
-    values = PchipInterpolator(twist, torques)(np.clip(amplitude * np.sin(x), twist[0], twist[-1]))
-    return float(4.0 / (math.pi * amplitude) * 0.5 * width * np.sum(weights * values * np.sin(x)))
+    curve = PchipInterpolator(twist, torques)
+
+    def harmonic(amplitude: float) -> float:
+        start = math.asin(min(half / amplitude, 1.0))
+        width = 0.5 * math.pi - start
+        sine = np.sin(start + 0.5 * width * (nodes + 1.0))
+        values = curve(np.clip(amplitude * sine, twist[0], twist[-1]))
+        return float(2.0 * width / (math.pi * amplitude) * np.sum(weights * values * sine))
+
+    return harmonic
