@@ -1,4 +1,4 @@
-"""Draw the picture of the tutorial on a loop that hunts: its motion, and its limit cycles over the gain beside their prediction."""
+"""Draw the picture of the tutorial on a loop that hunts: its motion, its limit cycles over the gain and their prediction."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -33,12 +33,16 @@ def draw() -> bytes:
     rows = []
     for each in [*branch.orbits[::-1], *up.orbits[1:]]:
         changed = gp.replace(case, {GAIN: each.parameter})
-        rows.append((each.parameter, replace(orbit, **vars(each), case=changed).amplitude("load.theta", samples=400)))
+        rows.append(
+            (each.parameter, replace(orbit, **vars(each), case=changed).amplitude("load.theta", samples=400))
+        )
     gains, amplitudes = np.array(rows).T
     right.plot(gains, MRAD * amplitudes, color=COUPLED, linewidth=1.6, label="limit cycle")
     predicted = []
     for gain in np.linspace(0.25, 1.3, 15):
-        at = gp.describing_function(gp.replace(case, {GAIN: float(gain)}), at="load", hold="motor", torque=0.4)
+        at = gp.describing_function(
+            gp.replace(case, {GAIN: float(gain)}), at="load", hold="motor", torque=0.4
+        )
         predicted += [(gain, MRAD * float(a)) for a in at.ds["cycle_amplitude"].values]
     right.plot(*np.array(predicted).T, "o", color=TEST, markersize=3.5, label="describing function")
     right.set_xlabel("proportional gain [N m/rad]", fontsize=8)

@@ -1,6 +1,7 @@
 """Set-points of drives over time: torques, speeds and angles against integrals by hand."""
 
 import math
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -34,12 +35,16 @@ def value(name: str, t: Any) -> Any:
 
 def integral(name: str, times: Any) -> Any:
     """Return the integral of a curve from 0 to each of some times: Gauss's rule between its kinks."""
-    knots = {"step": [0.1], "sine": [], "trapezoid": [0.02, 0.06, 0.16, 0.18], "table": [0.05, 0.1, 0.25]}[name]
+    knots = {"step": [0.1], "sine": [], "trapezoid": [0.02, 0.06, 0.16, 0.18], "table": [0.05, 0.1, 0.25]}[
+        name
+    ]
     nodes, weights = np.polynomial.legendre.leggauss(24)
     found = []
     for end in times:
         ends = [0.0, *(k for k in knots if k < end), end]
-        parts = [0.5 * (b - a) * weights @ value(name, 0.5 * (a + b + (b - a) * nodes)) for a, b in zip(ends, ends[1:])]
+        parts = [
+            0.5 * (b - a) * weights @ value(name, 0.5 * (a + b + (b - a) * nodes)) for a, b in pairwise(ends)
+        ]
         found.append(sum(parts))
     return np.array(found)
 
@@ -69,7 +74,9 @@ def test_torque_over_time(name: str, measured: Measured) -> None:
 @pytest.mark.parametrize("name", CURVES)
 def test_speed_over_time(name: str, measured: Measured) -> None:
     """Without an integral J omega = kp (integral of the wanted speed - theta) from rest at theta = 0."""
-    document = disc(kind="servo", speed=CURVES[name], proportional_gain=0.05, integral_gain=0.0, torque_limit=100.0)
+    document = disc(
+        kind="servo", speed=CURVES[name], proportional_gain=0.05, integral_gain=0.0, torque_limit=100.0
+    )
     run = gp.simulate(document)
     times = run.ds["time"].values
     omega, theta = (run.ds[each].values.ravel() for each in ("omega", "theta"))
@@ -84,12 +91,16 @@ def test_speed_over_time(name: str, measured: Measured) -> None:
 def test_speed_over_time__limit_of_the_torque(limit: float) -> None:
     """A step beyond what the torque allows: constant acceleration until the speed is near."""
     step = {"step": {"time": 0.1, "value": 1.0}}
-    run = gp.simulate(disc(kind="servo", speed=step, proportional_gain=0.05, integral_gain=0.0, torque_limit=limit))
+    run = gp.simulate(
+        disc(kind="servo", speed=step, proportional_gain=0.05, integral_gain=0.0, torque_limit=limit)
+    )
     torque, times = run.ds["drive_torque"].values.ravel(), run.ds["time"].values
     assert np.all(torque[times < 0.0999] == 0.0)
     assert np.max(np.abs(torque)) == pytest.approx(min(limit, 0.05), rel=1e-9)
     omega = run.ds["omega"].values.ravel()
-    expected = 1.0 - np.exp(-0.05 / INERTIA * (times - 0.1)) if limit > 1.0 else limit / INERTIA * (times - 0.1)
+    expected = (
+        1.0 - np.exp(-0.05 / INERTIA * (times - 0.1)) if limit > 1.0 else limit / INERTIA * (times - 0.1)
+    )
     late = times > 0.1005
     assert np.max(np.abs((omega - expected)[late])) < 1e-9
 
@@ -98,7 +109,14 @@ def test_angle_over_time__a_trapezoid_of_the_speed() -> None:
     """A stiff loop with full feedforward follows it: it ends at the value, its speed is the trapezoid."""
     move = {"value": 0.5, "start": 0.02, "rise": 0.04, "hold": 0.1, "fall": 0.02}
     run = gp.simulate(
-        disc(kind="cascade", angle={"trapezoid": move}, position_gain=50.0, speed_gain=40.0, feedforward=1.0, torque_limit=1e3)
+        disc(
+            kind="cascade",
+            angle={"trapezoid": move},
+            position_gain=50.0,
+            speed_gain=40.0,
+            feedforward=1.0,
+            torque_limit=1e3,
+        )
     )
     times, top = run.ds["time"].values, 0.5 / (0.02 + 0.1 + 0.01)
     wanted = top * np.interp(times, [0.02, 0.06, 0.16, 0.18], [0.0, 1.0, 1.0, 0.0])
@@ -124,8 +142,13 @@ def test_set_point_over_time__file_and_round_trip(tmp_path: Path) -> None:
     assert changed.rotors["disc"].drive == one.rotors["disc"].drive
     beside = gp.replace(one, {"rotors.disc.drive.torque": 0.3}).rotors["disc"].drive
     assert (beside.torque, beside.over_time) == (0.3, one.rotors["disc"].drive.over_time)
-    servo = disc(kind="servo", speed=CURVES["sine"], proportional_gain=0.05, integral_gain=0.0, torque_limit=1.0)
-    assert gp.replace(gp.load_case(servo), {"rotors.disc.drive.speed": 0.3}).rotors["disc"].drive.over_time is None
+    servo = disc(
+        kind="servo", speed=CURVES["sine"], proportional_gain=0.05, integral_gain=0.0, torque_limit=1.0
+    )
+    assert (
+        gp.replace(gp.load_case(servo), {"rotors.disc.drive.speed": 0.3}).rotors["disc"].drive.over_time
+        is None
+    )
 
 
 def test_plain_drives_keep_their_digest() -> None:

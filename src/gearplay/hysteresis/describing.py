@@ -40,8 +40,8 @@ LEAST = 1.001
 class DescribingFunction(OfDataset):
     """First harmonic of a train's torque over its twist, and limit cycles of its position loop.
 
-    ``ds``: over ``amplitude`` (of the twist [rad]) ``stiffness`` and ``loss`` [N m/rad], real and imaginary part; of a case with a
-    position loop also ``growth_rate`` [1/s] and ``frequency`` [Hz] of the loop with that stiffness, and over ``cycle`` the
+    ``ds``: over ``amplitude`` (of the twist [rad]) ``stiffness`` and ``loss`` [N m/rad], real and imaginary part; of a case with
+    a position loop also ``growth_rate`` [1/s] and ``frequency`` [Hz] of the loop with that stiffness, and over ``cycle`` the
     predicted limit cycles: ``cycle_period`` [s], ``cycle_twist`` and ``cycle_amplitude`` of the output [rad], ``cycle_stable``.
     """
 
@@ -65,7 +65,10 @@ class DescribingFunction(OfDataset):
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return what the prediction leaves out."""
         return [
-            ("left out", "higher harmonics, contact damping, sampling, delay, encoders, limits of the torque"),
+            (
+                "left out",
+                "higher harmonics, contact damping, sampling, delay, encoders, limits of the torque",
+            ),
             ("so", "compare with gp.periodic_orbit(..., autonomous=True) before relying on it"),
         ]
 
@@ -79,7 +82,9 @@ class DescribingFunction(OfDataset):
             rule = "must be a limit cycle"
             raise InputError(Fault("orbit", "forced", rule, "Compute it with autonomous = True"))
         if not ds.sizes.get("cycle", 0):
-            raise InputError(Fault("orbit", "given", "nothing is predicted to compare it with", "Leave it out"))
+            raise InputError(
+                Fault("orbit", "given", "nothing is predicted to compare it with", "Leave it out")
+            )
         at = int(np.argmin(np.abs(np.log(ds["cycle_period"].values / orbit.period))))
         swing = orbit.amplitude(f"{ds.attrs['at']}.theta")
         return {
@@ -100,8 +105,8 @@ def describing_function(
 ) -> DescribingFunction:
     """Return the describing function of a train: the first harmonic of its torque over a sinusoidal twist, input held.
 
-    It is quasi-static: clearances, springs, contact stiffness and Coulomb friction of the train as of `lost_motion`, of both signs
-    of the torque the mean. Of a case whose held rotor has a position loop it predicts limit cycles: two inertias as of `reduce`
+    It is quasi-static: clearances, springs, contact stiffness and Coulomb friction of the train as of `lost_motion`, the mean of
+    both signs of the torque. Of a case whose held rotor has a position loop it predicts limit cycles: two inertias as of `reduce`
     with the describing function between them.
 
     Parameters
@@ -176,7 +181,11 @@ def _loop_variables(loop: Prediction) -> dict[str, Any]:
         name: ("cycle", cycles[:, k], {"units": unit, "long_name": about})
         for k, (name, unit, about) in enumerate(words)
     }
-    found["growth_rate"] = ("amplitude", loop.growth, {"units": "1/s", "long_name": "growth rate of the loop"})
+    found["growth_rate"] = (
+        "amplitude",
+        loop.growth,
+        {"units": "1/s", "long_name": "growth rate of the loop"},
+    )
     found["frequency"] = ("amplitude", loop.frequency, {"units": "Hz", "long_name": "frequency of the loop"})
     return found
 
@@ -196,7 +205,7 @@ def _elastic_curve(train: Train, rated: float) -> tuple[Floats, Floats, float]:
 
 
 def _first_harmonic(twist: Floats, torques: Floats, half: float) -> Callable[[float], float]:
-    """Return the first harmonic [N m/rad] of the torque over ``amplitude sin x``, by Gauss's rule from the edge of the play on."""
+    """Return the first harmonic [N m/rad] of the torque over ``amplitude sin x``: Gauss's rule from the edge of the play on."""
     from scipy.interpolate import PchipInterpolator
 
     nodes, weights = np.polynomial.legendre.leggauss(96)

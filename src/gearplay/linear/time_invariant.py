@@ -16,7 +16,15 @@ from gearplay.model.pack import Packed, pack
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.mesh.stiffness import HarmonicStiffness
 from gearplay.parts.rotor.gear import Runout
-from gearplay.parts.rotor.schema import CascadeDrive, Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
+from gearplay.parts.rotor.schema import (
+    CascadeDrive,
+    Load,
+    PositionDrive,
+    Rotor,
+    ServoDrive,
+    SpeedDrive,
+    TorqueDrive,
+)
 from gearplay.parts.support.schema import Support
 from gearplay.parts.tables import HOLDERS
 from gearplay.schema.fields import FrozenTable
@@ -119,8 +127,12 @@ def _rotor(rotor: Rotor, speed: float, sense: float, *, loaded: bool) -> Rotor:
     if isinstance(drive, SpeedDrive):
         new = SpeedDrive(speed=0.0)
     elif isinstance(drive, (PositionDrive, CascadeDrive)):
-        quiet = dict.fromkeys(("angle", "integral_gain", "sample_time", "delay", "resolution", "speed_resolution"), 0.0)
-        new = drive.model_copy(update={**quiet, "over_time": None} | ({} if drive.kind == "position" else {"position_every": 1}))
+        quiet = dict.fromkeys(
+            ("angle", "integral_gain", "sample_time", "delay", "resolution", "speed_resolution"), 0.0
+        )
+        new = drive.model_copy(
+            update={**quiet, "over_time": None} | ({} if drive.kind == "position" else {"position_every": 1})
+        )
     none = Runout()
     gears = FrozenTable({key: gear.model_copy(update={"runout": none}) for key, gear in rotor.gears.items()})
     changes = {

@@ -21,7 +21,15 @@ from gearplay.model.pack import Packed, pack
 from gearplay.model.planetary_frequencies import SetFrequencies, set_frequencies
 from gearplay.model.reading import Source, load_case
 from gearplay.parts.drive.terms import largest_torque
-from gearplay.parts.rotor.schema import CascadeDrive, Load, PositionDrive, Rotor, ServoDrive, SpeedDrive, TorqueDrive
+from gearplay.parts.rotor.schema import (
+    CascadeDrive,
+    Load,
+    PositionDrive,
+    Rotor,
+    ServoDrive,
+    SpeedDrive,
+    TorqueDrive,
+)
 from gearplay.schema.finding import Finding
 from gearplay.toothing.gear import inv
 

@@ -45,9 +45,7 @@ def loop_of(drive: PositionDrive | CascadeDrive, ratio: float) -> Loop:
     )
 
 
-def pack_position_loops(
-    case: "Case", assembly: Assembly, rotors: Any, set_points: SetPoints
-) -> None:
+def pack_position_loops(case: "Case", assembly: Assembly, rotors: Any, set_points: SetPoints) -> None:
     """Add an element for every rotor whose drive brings an angle to its set-point."""
     places = {name: i for i, name in enumerate(case.rotors)}
     for name, given in case.rotors.items():

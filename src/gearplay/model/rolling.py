@@ -117,9 +117,7 @@ def free_turns(case: "Case") -> NDArray[np.float64]:
 
     Orthonormal; none where everything is held.
     """
-    fixed = [
-        i for i, r in enumerate(case.rotors.values()) if r.drive and r.drive.kind in ("speed", *LOOPS)
-    ]
+    fixed = [i for i, r in enumerate(case.rotors.values()) if r.drive and r.drive.kind in ("speed", *LOOPS)]
     matrix = np.vstack(
         [rolling_conditions(case), np.eye(len(case.rotors))[fixed], np.zeros((1, len(case.rotors)))]
     )
@@ -139,7 +137,7 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
     Raises `InputError` where the prescribed speeds contradict each other.
     """
     given = {
-        n: 0.0 if r.drive.kind in LOOPS else r.drive.speed
+        n: r.drive.speed if r.drive.kind == "speed" or r.drive.kind == "servo" else 0.0
         for n, r in case.rotors.items()
         if r.drive is not None and r.drive.kind != "torque"
     }

@@ -56,7 +56,8 @@ def with_tables(document: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Return a raw case whose records hold their values: those of a ``file``, a path from ``folder``.
 
     These are the housing's acceleration, the tables of drives and loads, and set-points of drives over time, which go into
-    ``over_time``. Raises `InputError` for a file that is no table of time [s] and a value [SI], in equal steps but for set-points.
+    ``over_time``. Raises `InputError` for a file that is no table of time [s] and a value [SI]; steps may differ in set-points
+    alone.
     """
     bodies: list[tuple[str, ...]] = []
     rotors = document.get("rotors")
@@ -64,7 +65,10 @@ def with_tables(document: dict[str, Any], folder: Path) -> dict[str, Any]:
     sets = document.get("planetary")
     for name in sets if isinstance(sets, Mapping) else ():
         bodies += [("planetary", str(name), member) for member in MEMBERS]
-    ways = [("base", "acceleration"), *((*body, part, "table") for body in bodies for part in ("drive", "load"))]
+    ways = [
+        ("base", "acceleration"),
+        *((*body, part, "table") for body in bodies for part in ("drive", "load")),
+    ]
     for way in ways:
         place = _place(document, way)
         if isinstance(place, dict) and "file" in place:

@@ -53,7 +53,10 @@ RECORD = np.dtype(
         ("every", "i8"),  # samples of the speed loop per sample of the position loop
         ("delay", "f8"),  # s, from a sample to its torque
         ("resolution", "f8"),  # rad, of the angle's encoder, 0 for an exact one
-        ("speed_resolution", "f8"),  # rad, of the encoder whose differences are the speed, 0 for an exact speed
+        (
+            "speed_resolution",
+            "f8",
+        ),  # rad, of the encoder whose differences are the speed, 0 for an exact speed
         ("lagged", "i8"),  # place among its states of the torque behind the current loop
         ("waiting", "i8"),  # of the torque that waits for its delay
         ("held_error", "i8"),  # of the error that the speed loop holds
@@ -66,8 +69,8 @@ SIGNALS = (
         "position_error", "e", "rad", "deg", 180.0 / math.pi, "angle wanted less that of the sensor", True
     ),
 )
-# Slots of the memory: number of samples so far, whether the last torque was limited, number of torques given so far, last count of
-# the encoder whose differences are the speed [rad].
+# Slots of the memory: number of samples so far, whether the last torque was limited, number of torques given so far, last
+# count of the encoder whose differences are the speed [rad].
 SAMPLES, LIMITED, GIVEN, COUNT = range(4)
 MEMORY = (0.0, 0.0, 0.0, 0.0)
 MODES = 1
@@ -232,12 +235,10 @@ def apply_forces(
 
 @compiled_once
 def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
-    """Return how late [s] the next sample or torque is, or how far [N m] the servo is beyond its limit, or from it where limited."""
+    """Return how late [s] the next sample or torque is, or how far [N m] the servo is beyond its limit, or short of it."""
     each = system.records[KIND][n]
     if each.sample_time > 0.0:
-        return t - min(
-            branch.memory[each.element, SAMPLES] * each.sample_time, _give_time(system, n, branch)
-        )
+        return t - min(branch.memory[each.element, SAMPLES] * each.sample_time, _give_time(system, n, branch))
     return past_limit(wanted_torque(system, n, t, y), each.limit, branch.modes[each.mode])
 
 

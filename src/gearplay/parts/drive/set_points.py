@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Annotated, Final, Generic, TypeVar
 
 from pydantic import model_validator
@@ -49,7 +50,9 @@ class Trapezoid(Part, Generic[Value]):
     @model_validator(mode="after")
     def _check(self) -> "Trapezoid[Value]":
         if self.rise + self.hold + self.fall <= 0.0:
-            refuse([Problem(("rise",), "must be above 0 s, or hold or fall", "Give the duration of the move")])
+            refuse(
+                [Problem(("rise",), "must be above 0 s, or hold or fall", "Give the duration of the move")]
+            )
         return self
 
 
@@ -84,7 +87,7 @@ class SetPoint(Part, Generic[Value]):
 
     @property
     def nominal(self) -> float:
-        """The value at the end of a step, a move or a table, of a sine its mean; where that is 0 the one of the largest magnitude."""
+        """The value at the end of a step, a move or a table, of a sine its mean; where that is 0 that of the largest magnitude."""
         if self.sine is not None:
             return float(self.sine.mean)
         if self.step is not None:
@@ -134,7 +137,7 @@ class SetPoint(Part, Generic[Value]):
         A step of its own, as short as can be resolved, passes a jump, so that it ends where a limit is reached there.
         """
         pieces, found = self.pieces(of_speed=of_speed), set[float]()
-        for one, (t, value, *_) in zip(pieces[:-1], pieces[1:], strict=True):
+        for one, (t, value, *_) in pairwise(pieces):
             found.add(t)
             if abs(_end(one, t) - value) > 1e-12 * max(abs(value), abs(one[1])):
                 found.add(t - JUMP * max(t, 1e-6))
@@ -160,7 +163,7 @@ def _end(piece: Piece, t: float) -> float:
 def _lines(points: Sequence[tuple[float, float]]) -> list[Piece]:
     """Return the pieces of a curve that is linear between points."""
     found: list[Piece] = []
-    for (t, v), (t_1, v_1) in zip(points[:-1], points[1:], strict=True):
+    for (t, v), (t_1, v_1) in pairwise(points):
         found.append((t, v, (v_1 - v) / (t_1 - t), 0.0))
     if points and points[0][0] > 0.0:
         found.insert(0, (0.0, points[0][1], 0.0, 0.0))

@@ -152,9 +152,7 @@ class ServoDrive(Part):
     torque_limit: Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
     ramp: Ramp = 0.0
     start_speed: StartSpeed = 0.0
-    over_time: Annotated[
-        SetPoint[Speed] | None, Field(description=OVER_TIME, exclude_if=is_absent)
-    ] = None
+    over_time: Annotated[SetPoint[Speed] | None, Field(description=OVER_TIME, exclude_if=is_absent)] = None
 
     @model_validator(mode="after")
     def _check(self) -> "ServoDrive":
@@ -195,9 +193,7 @@ class PositionDrive(Part):
     resolution: Resolution = 0.0
     speed_resolution: SpeedResolution = 0.0
     current_time: Lag = 0.0
-    over_time: Annotated[
-        SetPoint[Angle] | None, Field(description=OVER_TIME, exclude_if=is_absent)
-    ] = None
+    over_time: Annotated[SetPoint[Angle] | None, Field(description=OVER_TIME, exclude_if=is_absent)] = None
 
     @model_validator(mode="after")
     def _check(self) -> "PositionDrive":
@@ -238,9 +234,7 @@ class CascadeDrive(Part):
     delay: Delay = 0.0
     resolution: Resolution = 0.0
     speed_resolution: SpeedResolution = 0.0
-    over_time: Annotated[
-        SetPoint[Angle] | None, Field(description=OVER_TIME, exclude_if=is_absent)
-    ] = None
+    over_time: Annotated[SetPoint[Angle] | None, Field(description=OVER_TIME, exclude_if=is_absent)] = None
 
     @model_validator(mode="after")
     def _check(self) -> "CascadeDrive":
@@ -257,7 +251,9 @@ def _sample_problems(drive: "PositionDrive | CascadeDrive") -> Iterator[Problem]
     if drive.sample_time == 0.0:
         for name in ("delay", "resolution", "speed_resolution"):
             if getattr(drive, name) > 0.0:
-                yield Problem((name,), "must be 0 for a continuous control", "Give a sample_time, or remove it")
+                yield Problem(
+                    (name,), "must be 0 for a continuous control", "Give a sample_time, or remove it"
+                )
     elif drive.delay > drive.sample_time:
         rule = f"must be at most sample_time, {drive.sample_time:g} s"
         yield Problem(("delay",), rule, "Shorten it")
