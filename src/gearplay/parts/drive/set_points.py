@@ -87,7 +87,7 @@ class SetPoint(Part, Generic[Value]):
 
     @property
     def nominal(self) -> float:
-        """The value at the end of a step, a move or a table, of a sine its mean; where that is 0 that of the largest magnitude."""
+        """The value at the end of a step, a move or a table, of a sine its mean; where that is 0 the largest in magnitude."""
         if self.sine is not None:
             return float(self.sine.mean)
         if self.step is not None:
