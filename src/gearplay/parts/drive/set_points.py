@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Final, Generic, TypeVar
+from typing import Annotated, Any, Final, Generic, TypeVar, get_args
 
 from pydantic import model_validator
 
@@ -21,7 +21,22 @@ JUMP: Final = 1e-14
 """Length of the step over a jump, relative to its time."""
 
 
-class Step(Part, Generic[Value]):
+class OfQuantity(Part, Generic[Value]):
+    """Base of the parts of a set-point, which are named after the quantity of their values: ``TorqueStep``."""
+
+    @classmethod
+    def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
+        """Return the name of the class for values of a type."""
+        quantities = [each.quantity.name for each in get_args(params[0])[1:]]
+        return "".join(word.capitalize() for word in quantities[0].split("_")) + cls.__name__
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **given: Any) -> None:
+        """Give a class for one quantity the description of that for all."""
+        cls.__doc__ = cls.__doc__ or cls.__mro__[1].__doc__
+
+
+class Step(OfQuantity[Value], Generic[Value]):
     """A step at a time, from a value before it."""
 
     time: Time
@@ -29,7 +44,7 @@ class Step(Part, Generic[Value]):
     before: Value = 0.0  # type: ignore[assignment]
 
 
-class Sine(Part, Generic[Value]):
+class Sine(OfQuantity[Value], Generic[Value]):
     """``mean + amplitude sin(2 pi frequency t + phase)``."""
 
     amplitude: Value
@@ -38,7 +53,7 @@ class Sine(Part, Generic[Value]):
     mean: Value = 0.0  # type: ignore[assignment]
 
 
-class Trapezoid(Part, Generic[Value]):
+class Trapezoid(OfQuantity[Value], Generic[Value]):
     """A value that rises from 0, holds and falls to 0 again; of an angle its speed does so, and the angle ends at the value."""
 
     value: Value
@@ -56,7 +71,7 @@ class Trapezoid(Part, Generic[Value]):
         return self
 
 
-class SetPoint(Part, Generic[Value]):
+class SetPoint(OfQuantity[Value], Generic[Value]):
     """A set-point over time: one of step, sine, trapezoid and table.
 
     A table holds points (time, value), linear between them; the first and the last value hold before and after it.
