@@ -28,7 +28,8 @@ class OfQuantity(Part, Generic[Value]):
     def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
         """Return the name of the class for values of a type."""
         quantities = [each.quantity.name for each in get_args(params[0])[1:]]
-        return "".join(word.capitalize() for word in quantities[0].split("_")) + cls.__name__
+        words = "_".join(quantities).split("_")
+        return "".join(word.capitalize() for word in words) + cls.__name__
 
     @classmethod
     def __pydantic_init_subclass__(cls, **given: Any) -> None:
