@@ -70,7 +70,7 @@ class Axis:
 
 
 class ByExponentials:
-    """The motion of an axis from within its play, contacts located by Brent's method on matrix exponentials; forces are continuous."""
+    """The motion of an axis from within its play, contacts located by Brent's method on matrix exponentials."""
 
     STEP = 1e-3  # s
 
@@ -84,20 +84,20 @@ class ByExponentials:
         phi, b = state[0] - state[2], self.axis.b
         return float(abs(phi) - b if self.side == 0 else b - self.side * phi)
 
+    def _beyond_after(self, h: float, made: Any, before: Any) -> float:
+        return self._beyond(expm(made * h) @ before)
+
     def to_opening(self, side: int) -> Any:
         """Advance until a flank opens; return the state there."""
         while True:
             after, h = self.parts[self.side] @ self.state, self.STEP
             changes = self._beyond(after) > 0.0 and not (self.side == 0 and self._just_opened(after))
+            made, before = self.axis.generator(self.side), self.state
             if changes:
-                made, before = self.axis.generator(self.side), self.state
-                h = brentq(
-                    lambda x: self._beyond(expm(made * x) @ before), 1e-9, self.STEP, xtol=1e-18, rtol=1e-15
-                )
+                h = brentq(self._beyond_after, 1e-9, self.STEP, args=(made, before), xtol=1e-18, rtol=1e-15)
                 after = expm(made * h) @ before
-            if after[3] * self.state[3] < 0.0:
-                made, before = self.axis.generator(self.side), self.state
-                turn = brentq(lambda x: (expm(made * x) @ before)[3], 0.0, h, xtol=1e-16)
+            if after[3] * before[3] < 0.0:
+                turn = brentq(_load_speed_after, 0.0, h, args=(made, before), xtol=1e-16)
                 self.turns.append(float((expm(made * turn) @ before)[2]))
             self.state, self.time = after, self.time + h
             if changes:
@@ -108,6 +108,10 @@ class ByExponentials:
 
     def _just_opened(self, after: Any) -> bool:
         return self._beyond(self.state) >= -1e-15 and self._beyond(after) <= self._beyond(self.state)
+
+
+def _load_speed_after(h: float, made: Any, before: Any) -> float:
+    return float((expm(made * h) @ before)[3])
 
 
 def cycle(axis: Axis, side: int = 1, returns: int = 60) -> tuple[Any, float, float]:

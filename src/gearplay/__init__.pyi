@@ -9,6 +9,7 @@ from gearplay.files.record import Channel as Channel
 from gearplay.files.record import Record as Record
 from gearplay.fmu.export import export_fmu as export_fmu
 from gearplay.gear_pairs.teeth import teeth as teeth
+from gearplay.hysteresis.describing import describing_function as describing_function
 from gearplay.hysteresis.lost_motion import lost_motion as lost_motion
 from gearplay.hysteresis.reduction import reduce as reduce
 from gearplay.linear.analyses import campbell as campbell

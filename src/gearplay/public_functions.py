@@ -32,6 +32,7 @@ RESULTS: Final = MappingProxyType(
         "modes": "linear.modes:Modes",
         "lost motion": "hysteresis.result:LostMotion",
         "reduction": "hysteresis.reduction:Reduction",
+        "describing function": "hysteresis.describing:DescribingFunction",
         "teeth": "gear_pairs.teeth:Teeth",
         "validation": "validation.validate:Validation",
         "load sharing": "planets.sharing:LoadSharing",

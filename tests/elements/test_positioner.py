@@ -24,6 +24,7 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
         derivative_gain=float(rng.uniform(0.0, 0.1)),
         integral_gain=float(rng.uniform(0.0, 50.0)),
         torque_limit=float(rng.choice([0.005, 50.0])),
+        current_time=float(rng.choice([0.0, 2e-3])),
     )
 
 

@@ -1,6 +1,7 @@
 """Set-points of drives over time: torques, speeds and angles against integrals by hand."""
 
 import math
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -42,8 +43,7 @@ def integral(name: str, times: Any) -> Any:
     for end in times:
         ends = [0.0, *(k for k in knots if k < end), end]
         parts = [
-            0.5 * (b - a) * weights @ value(name, 0.5 * (a + b + (b - a) * nodes))
-            for a, b in zip(ends, ends[1:])
+            0.5 * (b - a) * weights @ value(name, 0.5 * (a + b + (b - a) * nodes)) for a, b in pairwise(ends)
         ]
         found.append(sum(parts))
     return np.array(found)

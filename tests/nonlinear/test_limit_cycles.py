@@ -61,6 +61,19 @@ def test_limit_cycle__numbers_of_exact_flow(
     assert len(orbit.contacts) == 4  # each flank closes and opens once
 
 
+@pytest.mark.compiled
+def test_limit_cycle__stiff_contact(measured: Measured) -> None:
+    """Where contact is stiff the describing function is wrong by a factor of two, the orbit is not."""
+    axis = Axis(**BASE, k=400.0, Kp=8.0, Kd=0.5, Ki=100.0, d2=2e-3)
+    orbit = gp.periodic_orbit(axis.case(1e-11), autonomous=True, settle=40)
+    errors = abs(orbit.period / 0.2866712040 - 1.0), abs(orbit.amplitude("load.theta") / 3.345016e-3 - 1.0)
+    measured("limit cycle of a PI loop, stiff contact: period and amplitude, relative", max(errors), "1e-6")
+    assert max(errors) < 1e-6
+    estimate = gp.describing_function(axis.case(1e-9), at="load", hold="motor", torque=2.0)
+    assert float(estimate.ds["cycle_period"][0]) == pytest.approx(0.1443, abs=1e-4)
+    assert estimate.errors(orbit)["period"] < -0.45
+
+
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_limit_cycle__pi_loop_against_matrix_exponentials(measured: Measured) -> None:

@@ -61,6 +61,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "basins": lambda: gp.basins(pair(), ("wheel.theta", -1e-4, 1e-4, 2), ("wheel.omega", -0.1, 0.1, 3), settle=20),
     "orbit": lambda: gp.periodic_orbit(pair(), settle=300),
     "lost motion": lambda: gp.lost_motion("external-pair", at="output", hold="input", torque=5.0, positions=3, members=4),
+    "describing function": lambda: gp.describing_function("external-pair", at="output", hold="input", torque=5.0),
     "reduction": lambda: gp.reduce("external-pair", at="output", hold="input", torque=5.0, members=4),
     "branch": lambda: gp.branch(pair(), FORCE, "4 um", "9 um", settle=300, orbits=4),
     "diagnosis": lambda: gp.diagnose(bearing_record(), bearings="9, 7.94mm, 39.04mm", speed="1797 rpm"),

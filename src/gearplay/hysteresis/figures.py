@@ -138,3 +138,31 @@ def reduction_drawing(ds: xr.Dataset) -> Any:
     set_legend(figure, marks)
     set_title(figure, f"{ds.attrs.get('title') or 'Train'}: one joint at {ds.attrs['at']}")
     return figure
+
+
+def describing_drawing(ds: xr.Dataset) -> Any:
+    """Return the figure of a describing function: stiffness over amplitude, and growth rate with the predicted limit cycles."""
+    has_loop = "growth_rate" in ds
+    figure, axes = make_figure(1, 2 if has_loop else 1, 3.4)
+    amplitude = ARCMIN * ds["amplitude"].values
+    axes[0, 0].plot(amplitude, ds["stiffness"].values, color=COUPLED, linewidth=1.4)
+    marks = {"stiffness, real part": legend_mark(COUPLED, line="-")}
+    if float(ds["loss"].max()) > 0.0:
+        axes[0, 0].plot(amplitude, ds["loss"].values, color=UNCOUPLED, linewidth=1.2)
+        marks["loss, imaginary part"] = legend_mark(UNCOUPLED, line="-")
+    axes[0, 0].set_xlabel("amplitude of the twist [arcmin]", fontsize=FONT)
+    axes[0, 0].set_ylabel("first harmonic [N m/rad]", fontsize=FONT)
+    if has_loop:
+        ax = axes[0, 1]
+        ax.plot(amplitude, ds["growth_rate"].values, color=COUPLED, linewidth=1.4)
+        ax.axhline(0.0, color=CLEARANCE, linewidth=0.6)
+        for twist, stable in zip(ds["cycle_twist"].values, ds["cycle_stable"].values, strict=True):
+            ax.plot(
+                ARCMIN * twist, 0.0, "o", color=TEST, markersize=5, markerfacecolor=TEST if stable else "none"
+            )
+        marks["predicted limit cycle, filled: stable"] = legend_mark(TEST, marker="o")
+        ax.set_xlabel("amplitude of the twist [arcmin]", fontsize=FONT)
+        ax.set_ylabel("growth rate of the loop [1/s]", fontsize=FONT)
+    set_legend(figure, marks)
+    set_title(figure, f"{ds.attrs.get('title') or 'Train'}: describing function at {ds.attrs['at']}")
+    return figure

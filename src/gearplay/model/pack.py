@@ -78,7 +78,7 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
         # Of a carried rotor it acts relative to the pin: in its sleeve, or its support.
         r.radial_damping = given.radial_damping if geometry.carrier_of(case, name) is None else 0.0
         r.drive, r.controller, r.excitation, r.group = layout.DRIVE_NONE, -1, -1, -1
-        if drive is None or drive.kind in rolling.LOOPS:
+        if drive is None or drive.kind == "position" or drive.kind == "cascade":
             continue
         if drive.kind == "torque":
             r.torque += drive.torque

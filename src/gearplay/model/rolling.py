@@ -135,7 +135,7 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
     Raises `InputError` where the prescribed speeds contradict each other.
     """
     given = {
-        n: 0.0 if r.drive.kind in LOOPS else r.drive.speed
+        n: r.drive.speed if r.drive.kind == "speed" or r.drive.kind == "servo" else 0.0
         for n, r in case.rotors.items()
         if r.drive is not None and r.drive.kind != "torque"
     }

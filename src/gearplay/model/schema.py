@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any, Final
 
 from gearplay.model.case import Case
@@ -18,5 +19,16 @@ def json_schema() -> dict[str, Any]:
     'kg'
 
     """
-    schema = Case.model_json_schema(mode="validation")
+    schema = _named(Case.model_json_schema(mode="validation"))
     return {"$schema": DIALECT, **schema, "title": "gearplay case"}
+
+
+def _named(schema: dict[str, Any]) -> dict[str, Any]:
+    """Return a schema whose definitions of parts for a quantity are called as their titles."""
+    text = json.dumps(schema)
+    for key, each in schema["$defs"].items():
+        if "_Annotated_" in key:
+            text = text.replace(f'"{key}"', f'"{each["title"]}"')
+            text = text.replace(f'"#/$defs/{key}"', f'"#/$defs/{each["title"]}"')
+    renamed: dict[str, Any] = json.loads(text)
+    return renamed

@@ -40,7 +40,7 @@ class SetPoints:
         self._owners.append(record)
         return 0.0 if wave is None else wave[0]
 
-    def place(self, terms: list[list[float]], record: Floats) -> Floats:
+    def place(self, terms: list[Any], record: Floats) -> Floats:
         """Add sines to ``terms``; return ``record`` with the pieces behind. Only once."""
         for owner in self._owners:
             owner.set_point += len(record)

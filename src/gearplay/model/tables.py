@@ -57,7 +57,8 @@ def with_tables(document: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Return a raw case whose records hold their values: those of a ``file``, a path from ``folder``.
 
     These are the housing's acceleration, the tables of drives and loads, and set-points of drives over time, which go into
-    ``over_time``. Raises `InputError` for a file that is no table of time [s] and a value [SI], in equal steps but for set-points.
+    ``over_time``. Raises `InputError` for a file that is no table of time [s] and a value [SI]; steps may differ in set-points
+    alone.
     """
     bodies: list[tuple[str, ...]] = []
     rotors = document.get("rotors")

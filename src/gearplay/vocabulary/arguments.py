@@ -266,7 +266,7 @@ OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
         ("frequency_response", "force"): TEXT,
         ("load_plan", "source"): PLAN,
         **{(function, "members"): Whole(1) for function in ("lost_motion", "reduce")},
-        **{(function, "at"): TEXT for function in ("lost_motion", "reduce")},
+        **{(function, "at"): TEXT for function in ("describing_function", "lost_motion", "reduce")},
         ("motion", "ensemble"): Whole(4),
         ("planetary", "case"): TABLE,
         ("view", "at"): TEXT,

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
+PERIOD = {"units": "s", "long_name": "period of a limit cycle"}
 
 
 @dataclass(frozen=True, repr=False)
@@ -172,7 +173,7 @@ class Branches(AnalysisResult):
             "order": ("orbit", np.array(orders), {"long_name": "periods after which the orbit repeats"}),
             name: ("orbit", np.array(places), words),
             "stable": ("orbit", np.array(stable), {"long_name": "whether small changes decay"}),
-            "period": ("orbit", np.array([each.period for b in self for each in b.orbits]), {"units": "s", "long_name": "period of a limit cycle"}),
+            "period": ("orbit", np.array([each.period for b in self for each in b.orbits]), PERIOD),
             "multiplier": ("orbit", np.array(largest), {"units": "1", "long_name": "largest Floquet multiplier, modulus"}),
             "special_kind": ("special", np.array([p[0] for p in points], dtype=object), {"long_name": "what happens there"}),
             "special_branch": ("special", np.array([p[1] for p in points], dtype=np.int64), {"long_name": "its branch"}),
@@ -298,7 +299,7 @@ def _packed(along_: str, orbits: Sequence[Orbit]) -> dict[str, Any]:
         f"{own}multipliers": ((along_, f"{own}multiplier_", "part"), multipliers, {"long_name": "Floquet multipliers"}),
         f"{own}contacts": (along_, contacts, {"long_name": "contact changes, JSON"}),
         f"{own}residual": (along_, np.array([orbit.residual for orbit in orbits]), {"long_name": "residual in natural sizes"}),
-        f"{own}period": (along_, np.array([orbit.period for orbit in orbits]), {"units": "s", "long_name": "period of a limit cycle"}),
+        f"{own}period": (along_, np.array([orbit.period for orbit in orbits]), PERIOD),
         f"{own}parameter": (along_, np.array([orbit.parameter for orbit in orbits]), {"long_name": "the field, SI"}),
     }  # fmt: skip
 

@@ -69,8 +69,8 @@ SIGNALS = (
         "position_error", "e", "rad", "deg", 180.0 / math.pi, "angle wanted less that of the sensor", True
     ),
 )
-# Slots of the memory: number of samples so far, whether the last torque was limited, number of torques given so far, last count of
-# the encoder whose differences are the speed [rad].
+# Slots of the memory: number of samples so far, whether the last torque was limited, number of torques given so far, last
+# count of the encoder whose differences are the speed [rad].
 SAMPLES, LIMITED, GIVEN, COUNT = range(4)
 MEMORY = (0.0, 0.0, 0.0, 0.0)
 MODES = 1
@@ -235,7 +235,7 @@ def apply_forces(
 
 @compiled_once
 def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
-    """Return how late [s] the next sample or torque is, or how far [N m] the servo is beyond its limit, or from it where limited."""
+    """Return how late [s] the next sample or torque is, or how far [N m] the servo is beyond its limit, or short of it."""
     each = system.records[KIND][n]
     if each.sample_time > 0.0:
         return t - min(branch.memory[each.element, SAMPLES] * each.sample_time, _give_time(system, n, branch))

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Final, Generic, TypeVar
+from itertools import pairwise
+from typing import Annotated, Any, Final, Generic, TypeVar, get_args
 
 from pydantic import model_validator
 
@@ -20,7 +21,23 @@ JUMP: Final = 1e-14
 """Length of the step over a jump, relative to its time."""
 
 
-class Step(Part, Generic[Value]):
+class OfQuantity(Part, Generic[Value]):
+    """Base of the parts of a set-point, which are named after the quantity of their values: ``TorqueStep``."""
+
+    @classmethod
+    def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
+        """Return the name of the class for values of a type."""
+        quantities = [each.quantity.name for each in get_args(params[0])[1:]]
+        words = "_".join(quantities).split("_")
+        return "".join(word.capitalize() for word in words) + cls.__name__
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **given: Any) -> None:
+        """Give a class for one quantity the description of that for all."""
+        cls.__doc__ = cls.__doc__ or cls.__mro__[1].__doc__
+
+
+class Step(OfQuantity[Value], Generic[Value]):
     """A step at a time, from a value before it."""
 
     time: Time
@@ -28,7 +45,7 @@ class Step(Part, Generic[Value]):
     before: Value = 0.0  # type: ignore[assignment]
 
 
-class Sine(Part, Generic[Value]):
+class Sine(OfQuantity[Value], Generic[Value]):
     """``mean + amplitude sin(2 pi frequency t + phase)``."""
 
     amplitude: Value
@@ -37,7 +54,7 @@ class Sine(Part, Generic[Value]):
     mean: Value = 0.0  # type: ignore[assignment]
 
 
-class Trapezoid(Part, Generic[Value]):
+class Trapezoid(OfQuantity[Value], Generic[Value]):
     """A value that rises from 0, holds and falls to 0 again; of an angle its speed does so, and the angle ends at the value."""
 
     value: Value
@@ -55,7 +72,7 @@ class Trapezoid(Part, Generic[Value]):
         return self
 
 
-class SetPoint(Part, Generic[Value]):
+class SetPoint(OfQuantity[Value], Generic[Value]):
     """A set-point over time: one of step, sine, trapezoid and table.
 
     A table holds points (time, value), linear between them; the first and the last value hold before and after it.
@@ -86,7 +103,7 @@ class SetPoint(Part, Generic[Value]):
 
     @property
     def nominal(self) -> float:
-        """The value at the end of a step, a move or a table, of a sine its mean; where that is 0 the one of the largest magnitude."""
+        """The value at the end of a step, a move or a table, of a sine its mean; where that is 0 the largest in magnitude."""
         if self.sine is not None:
             return float(self.sine.mean)
         if self.step is not None:
@@ -136,7 +153,7 @@ class SetPoint(Part, Generic[Value]):
         A step of its own, as short as can be resolved, passes a jump, so that it ends where a limit is reached there.
         """
         pieces, found = self.pieces(of_speed=of_speed), set[float]()
-        for one, (t, value, *_) in zip(pieces[:-1], pieces[1:], strict=True):
+        for one, (t, value, *_) in pairwise(pieces):
             found.add(t)
             if abs(_end(one, t) - value) > 1e-12 * max(abs(value), abs(one[1])):
                 found.add(t - JUMP * max(t, 1e-6))
@@ -162,7 +179,7 @@ def _end(piece: Piece, t: float) -> float:
 def _lines(points: Sequence[tuple[float, float]]) -> list[Piece]:
     """Return the pieces of a curve that is linear between points."""
     found: list[Piece] = []
-    for (t, v), (t_1, v_1) in zip(points[:-1], points[1:], strict=True):
+    for (t, v), (t_1, v_1) in pairwise(points):
         found.append((t, v, (v_1 - v) / (t_1 - t), 0.0))
     if points and points[0][0] > 0.0:
         found.insert(0, (0.0, points[0][1], 0.0, 0.0))
