@@ -14,13 +14,13 @@ from gearplay.hysteresis.balance_path import Train
 from gearplay.hysteresis.cycle import limit_at_zero
 from gearplay.hysteresis.held import held
 from gearplay.hysteresis.loop_prediction import Prediction, predicted
-from gearplay.hysteresis.torques import quantity_of
 from gearplay.model.reading import Source
 from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
+from gearplay.schema.units import quantity_of
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,11 +80,9 @@ class DescribingFunction(OfDataset):
         ds = self.dataset
         if not math.isfinite(orbit.period):
             rule = "must be a limit cycle"
-            raise InputError(Fault("orbit", "forced", rule, "Compute it with autonomous = True"))
+            raise InputError.of("orbit", "forced", rule, "Compute it with autonomous = True")
         if not ds.sizes.get("cycle", 0):
-            raise InputError(
-                Fault("orbit", "given", "nothing is predicted to compare it with", "Leave it out")
-            )
+            raise InputError.of("orbit", "given", "nothing is predicted to compare it with", "Leave it out")
         at = int(np.argmin(np.abs(np.log(ds["cycle_period"].values / orbit.period))))
         swing = orbit.amplitude(f"{ds.attrs['at']}.theta")
         return {
@@ -148,7 +146,7 @@ def describing_function(
     least = LEAST * half if half > 0.0 else 1e-3 * twist[-1]
     if least >= twist[-1]:
         rule = "must twist the train well beyond its play"
-        raise InputError(Fault("torque", f"{rated:.4g} N m", rule, "Raise it"))
+        raise InputError.of("torque", f"{rated:.4g} N m", rule, "Raise it")
     amplitudes = np.geomspace(least, twist[-1], AMPLITUDES)
     stiffness = _first_harmonic(twist, torques, half)
 

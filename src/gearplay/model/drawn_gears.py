@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from gearplay.model import geometry
 from gearplay.model.massless import field_path
+from gearplay.parts.mesh.faults import GearFault
 from gearplay.parts.mesh.schema import PlanetMesh
 from gearplay.parts.mesh.stiffness import TeethStiffness
-from gearplay.parts.rotor.faults import GearFault
 from gearplay.toothing.allowances import distance_allowance
 from gearplay.toothing.gear import DrawnGear, full_tip_radius
 from gearplay.toothing.pair import GearPair

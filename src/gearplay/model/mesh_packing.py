@@ -16,8 +16,8 @@ from gearplay.parts.assembly import Assembly, Contact, blank
 from gearplay.parts.mesh import flank, tooth_stiffness
 from gearplay.parts.mesh import geometry as mesh_geometry
 from gearplay.parts.mesh import law as mesh_element
+from gearplay.parts.mesh.faults import EccentricityFault
 from gearplay.parts.mesh.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
-from gearplay.parts.rotor.faults import EccentricityFault
 from gearplay.parts.rotor.schema import place_words
 from gearplay.vocabulary.errors import InputError
 

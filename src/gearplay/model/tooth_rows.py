@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from gearplay.model import geometry
 from gearplay.model.drawn_gears import tooth_faults
+from gearplay.parts.mesh import faults
 from gearplay.parts.mesh.pairs.overlap import FAULT_EDGE
-from gearplay.parts.rotor import faults
 from gearplay.toothing.cracks import Crack, crack_losses, with_bore
 from gearplay.toothing.gear import DrawnGear
 from gearplay.toothing.pair import GearPair

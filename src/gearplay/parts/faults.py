@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Tag
 
 from gearplay.parts.bearing.faults import NO_CAGE, ElementDent, InnerDent, OuterDent
-from gearplay.parts.rotor.faults import (
+from gearplay.parts.mesh.faults import (
     ChipFault,
     CrackFault,
     EccentricityFault,

@@ -1,7 +1,7 @@
 """Loss of stiffness of a pair of teeth by a straight crack at the root of one of them.
 
-The crack starts where the tangent of the fillet makes 30 deg with the middle line of the tooth (ISO 6336-3) and runs inwards and down.
-Sections above its tip keep on that side at most the half thickness at the tip; bending and shear go by the reduced section,
+The crack starts where the tangent of the fillet makes 30 deg with the middle line of the tooth (ISO 6336-3) and runs inwards and
+down. Sections above its tip keep on that side at most the half thickness at the tip; bending and shear go by the reduced section,
 compression, foundation and contact stay: S. Wu, M. J. Zuo, A. Parey, J. Sound Vib. 317 (2008) 470.
 """
 
@@ -32,7 +32,7 @@ class Crack:
 
 
 def _outline(gear: DrawnGear) -> tuple[Floats, Floats, Floats]:
-    """Return half thickness and height [m] of an external tooth from root to tip, and those of its fillet alone, shape [2, section]."""
+    """Return half thickness and height [m] of an external tooth from root to tip, and both of its fillet, shape [2, section]."""
     x, y = fillet(gear, np.linspace(0.5 * math.pi, gear.pressure_angle, SECTIONS))
     begins = math.sqrt(max((math.hypot(float(x[-1]), float(y[-1])) / gear.base_radius) ** 2 - 1.0, 0.0))
     ends = math.sqrt((gear.tip / gear.base_radius) ** 2 - 1.0)

@@ -144,8 +144,8 @@ def tooth_deviation(
 ) -> tuple[float, float, float]:
     """Return material missing on one flank of a tooth [m] at a place [m] of its path, its slope and curvature.
 
-    Rows of `System.terms`, two flanks a tooth, the clockwise one first: pitch, slope, form [m]; with faults also bow [m], start and end
-    of a spall; its depth [m], start and share of a chip; losses of stiffness at the root end, in the middle and at the tip of the path.
+    Rows of `System.terms`, two flanks a tooth, clockwise first: pitch, slope, form [m]; with faults also bow [m], start and
+    end of a spall; its depth [m], start and share of a chip; losses of stiffness at the root end, in the middle and at the tip.
     dev = pitch + slope (x - 1/2) + form sin(pi x) + bow (2 x - 1)^2 + spall, x from 0 at the root end to 1 at the tip.
     """
     if first < 0:
@@ -348,7 +348,8 @@ def pair_overlap(mesh: Any, system: System, out: Floats, flank: int, slot: int) 
         penetration = inside * STEEP
         edge = STEEP if rho_1 - mesh.start < mesh.end - rho_1 else -STEEP
     return Pair(
-        p, penetration, edge, place, rho_1, rho_2, number, touching, by_a, p_1, p_2, bend_aa, bend_az, bend_zz, by_1, by_2, dev_1, dev_2, length
+        p, penetration, edge, place, rho_1, rho_2, number, touching,
+        by_a, p_1, p_2, bend_aa, bend_az, bend_zz, by_1, by_2, dev_1, dev_2, length,
     )  # fmt: skip
 
 
