@@ -21,6 +21,7 @@ BUNDLED = [
     "han2021-calibrated",
     "han2021-calibrated-uncoupled",
     "han2021-geometric-inertia",
+    "han2021-pairs",
     "kahraman-singh-1990",
     "lin-parker-1999",
     "pinion-idler-ring",
