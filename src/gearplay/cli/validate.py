@@ -9,7 +9,7 @@ from gearplay.vocabulary.exit_codes import BROKEN
 
 
 def validate(json: Json = False) -> None:
-    """Print every published number that gearplay reproduces beside its own.
+    """Print published numbers beside gearplay's own.
 
     Gear geometry, backlash from allowances, stiffness of teeth, natural frequencies, rolling bearings, events and temperature,
     each with its deviation, tolerance and source. Exit code 1 where a deviation is beyond its tolerance.
