@@ -233,7 +233,7 @@ def test_forces_are_the_gradient_of_their_energy(kind: str, measured: Measured) 
     """Without damping the generalised forces are -dV/dq, V written apart from them."""
     potential = getattr(own(kind), "potential", None)
     if potential is None:
-        assert kind in ("servo", "excitation", "base", "positioner", "pairs"), (
+        assert kind in ("servo", "excitation", "base", "positioner", "pair", "pairs"), (
             "an element without a potential must say so here"
         )
         return

@@ -343,7 +343,8 @@ def pair_overlap(mesh: Any, system: System, out: Floats, flank: int, slot: int) 
         touching = AWAY
     penetration, edge = p, 0.0
     if touching == AWAY:
-        p = penetration = min(p, 0.0) - FAR * mesh.base_pitch
+        p = penetration = out[P_D + flank] - FAR * mesh.base_pitch
+        by_1 = by_2 = dev_1 = dev_2 = 0.0
     elif inside * STEEP < p:
         penetration = inside * STEEP
         edge = STEEP if rho_1 - mesh.start < mesh.end - rho_1 else -STEEP
