@@ -5,8 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
 
-from building import Document, Floats, case_of, mesh_at
+from building import Document, Floats, case_of, merged, mesh_at, simulate_one
 from gearplay.model.geometry import pair_of
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import load_case
@@ -89,7 +91,7 @@ LOSSES = [
     (2.0e-3, (1.786, 4.825, 13.360)),
     (2.5e-3, (2.412, 6.639, 18.823)),
 ]
-"""Depth of a crack of a pinion tooth under 45 deg [m]; percent of the pair's stiffness lost at root end, middle and tip of its path."""
+"""Depth of a crack of a pinion tooth under 45 deg [m]; percent of stiffness lost at root end, middle and tip of its path."""
 
 
 @pytest.mark.parametrize("method", ["iso6336", "potential-energy"])
@@ -239,7 +241,9 @@ def test_faults_of_both_gears__meet_once_in_the_hunting_period() -> None:
         y = start.copy()
         y[2] += 2.0 * math.pi * turned / 17
         y[5] -= 2.0 * math.pi * turned / 18
-        seen[turned] = -max(pairs_at(packed, y), key=lambda pair: -abs(pair.place - path.start - 0.5 * path.length)).p
+        seen[turned] = -max(
+            pairs_at(packed, y), key=lambda pair: -abs(pair.place - path.start - 0.5 * path.length)
+        ).p
     of_one = [int(k) for k in np.flatnonzero(np.isclose(seen % 20e-6, depths[0]))]
     of_two = [int(k) for k in np.flatnonzero(seen > 0.9 * depths[1])]
     both = [int(k) for k in np.flatnonzero(np.isclose(seen, sum(depths)))]
@@ -248,3 +252,45 @@ def test_faults_of_both_gears__meet_once_in_the_hunting_period() -> None:
     assert len(both) == 2
     assert np.diff(both) == 306
     assert set(both) <= set(of_two)
+
+
+def delay(time: Floats, first: Floats, second: Floats, expected: float, start: float, window: float) -> float:
+    """Return by how much the second signal follows the first one [s], the least squares of their difference over a window."""
+    chosen = (time >= start) & (time < start + window)
+    later = CubicSpline(time, second)
+
+    def off(lag: float) -> float:
+        return float(np.sum((later(time[chosen] + lag) - first[chosen]) ** 2))
+
+    lags = expected + np.linspace(-0.2, 0.2, 81) * expected
+    best = min(lags, key=off)
+    step = float(lags[1] - lags[0])
+    found = minimize_scalar(
+        off, bounds=(best - step, best + step), method="bounded", options={"xatol": 1e-10}
+    )
+    return float(found.x)
+
+
+def test_cracked_pinion_tooth__yields_once_a_turn_of_the_pinion() -> None:
+    """A loaded pair: the wheel falls back where the tooth carries, alike at each turn of the pinion, and nowhere else."""
+    turn = 0.05
+    loaded = {
+        "rotors": {
+            "one": {"drive": {"kind": "speed", "speed": 2.0 * math.pi / turn}},
+            "two": {"inertia": 2e-2, "load": {"torque": 180.0}},
+        },
+        "run": {"duration": 3.2 * turn, "sampling": 5e4, "tolerance": 1e-8},
+    }
+    runs = []
+    for faults in ([], [{"kind": "crack", "at": "one", "tooth": 8, "depth": 2.5e-3}]):
+        found = document(faults)
+        found["meshes"][0]["damping"] = {"kind": "constant", "value": 3000.0}
+        runs.append(simulate_one(merged(found, loaded)))
+    time, back = runs[0].time, runs[1].signal("theta", "two") - runs[0].signal("theta", "two")
+    assert delay(time, back, back, turn, 1.05 * turn, turn) == pytest.approx(turn, abs=1e-7)
+    # the wheel turns clockwise; tooth 8 is on the line of centres, along +x, after 12 of 20 pitches
+    away = np.abs((time - 12.0 / 20.0 * turn + 0.5 * turn) % turn - 0.5 * turn)
+    largest = float(np.max(np.abs(back)))
+    assert 1e-7 < float(np.max(back)) == largest
+    assert away[np.argmax(back)] < turn / 20.0
+    assert np.max(np.abs(back[away > 2.0 * turn / 20.0])) < 0.1 * largest
