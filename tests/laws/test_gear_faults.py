@@ -210,6 +210,30 @@ HELICAL = {name: {"helix_angle": math.radians(10.0)} for name in ("one", "two")}
 
 
 @pytest.mark.parametrize(
+    ("second", "refused"),
+    [
+        ({**CRACK, "depth": 2e-3, "flank": "right"}, True),
+        ({**CRACK, "tooth": 4}, False),
+        ({**CRACK, "at": "two"}, False),
+        ({"kind": "chip", "at": "one", "tooth": 3, "share": 0.2}, False),
+    ],
+)
+def test_two_faults_of_one_kind__of_one_tooth_and_flank_are_refused(second: Document, refused: bool) -> None:
+    found = document([CRACK, second])
+    if not refused:
+        assert len(load_case(found).faults) == 2
+        return
+    with pytest.raises(InputError, match=r"faults.1.tooth = 3: must not be that of faults.0, a crack"):
+        load_case(found)
+
+
+def test_fault_of_a_gear_in_no_mesh__is_refused() -> None:
+    alone = {"teeth": 20, "mass": 1.0, "inertia": 1e-3, "position": [1.0, 0.0]}
+    with pytest.raises(InputError, match=r"faults.0.at.*gear in a mesh"):
+        load_case(document([{**CRACK, "at": "three"}], rotors={"three": alone}))
+
+
+@pytest.mark.parametrize(
     ("fault", "more", "words"),
     [
         ({**CRACK, "tooth": 20}, {}, r"faults.0.tooth.*less than 20"),
