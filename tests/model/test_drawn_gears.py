@@ -376,7 +376,7 @@ def test_stiffness_runs_the_way_of_the_contact() -> None:
         ),
         ({"tip_radius": 0.6}, {}, {"backlash": "0.1 mm"}, "tip_radius = 0.6: must be at most 0.4719 modules"),
         ({"bore": "71 mm"}, {}, {"backlash": "0.1 mm"}, "must be less than the root diameter, 70 mm"),
-        ({}, {}, {"backlash": "0.1 mm", "contact": "pairs"}, "meshes.0.contact"),
+        ({}, {}, {"backlash": "0.1 mm", "contact": "pairs"}, "meshes.0.stiffness.kind"),
     ],
 )  # fmt: skip
 def test_drawn_gears__impossible_ones_are_refused(
