@@ -107,13 +107,11 @@ def test_crack__takes_stiffness_from_its_tooth(depth: float, losses: tuple[float
 
 
 def test_crack__of_the_driven_gear_goes_by_its_own_path() -> None:
-    pair = GearPair(
-        *(
-            DrawnGear(teeth=z, module=4e-3, facewidth=0.01, bore=bore)
-            for z, bore in zip(TEETH, BORES, strict=True)
-        ),
-        0.16,
+    first, second = (
+        DrawnGear(teeth=z, module=4e-3, facewidth=0.01, bore=bore)
+        for z, bore in zip(TEETH, BORES, strict=True)
     )
+    pair = GearPair(first, second, 0.16)
     ends = np.array([pair.path.end, pair.path.start])  # root end and tip of the wheel's tooth
     expected = crack_losses(pair, 1, Crack(2e-3, math.radians(45.0)), ends, 206e9, 0.3)
     crack = {"kind": "crack", "at": "two", "tooth": 41, "depth": 2e-3}
@@ -177,9 +175,9 @@ def test_wear__of_all_teeth_vanishes_at_half_of_the_path() -> None:
 @pytest.mark.parametrize("contact", ["mesh", "pairs"])
 def test_eccentricity__adds_to_runout_as_vectors(contact: str) -> None:
     meshes = [{**document()["meshes"][0], "contact": contact}]
-    runout = {"rotors": {"one": {"runout": {"amplitude": 3e-5, "phase": 0.0}}}}
+    runout: Document = {"rotors": {"one": {"runout": {"amplitude": 3e-5, "phase": 0.0}}}}
     across = {"kind": "eccentricity", "at": "one", "amount": 4e-5, "phase": 0.5 * math.pi}
-    both = {"rotors": {"one": {"runout": {"amplitude": 5e-5, "phase": math.atan2(4.0, 3.0)}}}}
+    both: Document = {"rotors": {"one": {"runout": {"amplitude": 5e-5, "phase": math.atan2(4.0, 3.0)}}}}
     records = [
         pack(case_of(each)).system.records[MESH][0]
         for each in (document([across], meshes=meshes, **runout), document(meshes=meshes, **both))
@@ -192,7 +190,7 @@ def test_eccentricity__adds_to_runout_as_vectors(contact: str) -> None:
 def test_faults__of_one_tooth_add_up() -> None:
     """Losses multiply, material missing adds to the deviations of the gear."""
     pitch = (1e-6 * np.random.default_rng(3).standard_normal(TEETH[0])).tolist()
-    deviating = {"rotors": {"one": {"deviations": {"pitch": pitch}}}}
+    deviating: Document = {"rotors": {"one": {"deviations": {"pitch": pitch}}}}
     crack = {"kind": "crack", "at": "one", "tooth": 3, "depth": 2e-3}
     chip = {"kind": "chip", "at": "one", "tooth": 3, "share": 0.4, "height": 0.6}
     wear = {"kind": "wear", "at": "one", "depth": 30e-6}
