@@ -1,10 +1,17 @@
-"""Draw the pictures of docs/pictures.md, README, first steps, controller and diagnosis: python docs/figures/draw_pictures.py."""
+"""Draw the pictures of docs/pictures.md, README, first steps and how-to pages: python docs/figures/draw_pictures.py."""
 
+import contextlib
+import re
 import shutil
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+from matplotlib.figure import Figure
+
+import gearplay as gp
 from gearplay.cli.main import run
 
 HERE = Path(__file__).parent
@@ -33,6 +40,25 @@ def diagnosis() -> None:
         bearing = ["--bearing", "9, 7.94mm, 39.04mm", "--speed", "1797 rpm", "--unit", "X105_DE_time=g"]
         run(["diagnose", str(record), *bearing, "--out", f"{folder}/out"])
         shutil.copy(f"{folder}/out/diagnosis.png", HOW_TO / "diagnosis.png")
+
+
+def crack() -> None:
+    """Draw the difference signals of docs/how-to/crack.md, with the functions of that page."""
+    blocks = re.findall(r"```python\n(.*?)```", (HOW_TO / "crack.md").read_text(encoding="utf-8"), re.DOTALL)
+    page: dict[str, Any] = {}
+    with contextlib.chdir(HERE.parents[1]):
+        exec(blocks[0].split("\nfor state")[0], page)
+        figure = Figure(figsize=(9.0, 3.2), layout="constrained")
+        axes = figure.subplots(1, 2)
+        states = {"180 N m": {}, "2 N m and a speed ripple of 3 %": page["rattling"]}
+        for axis, (title, state) in zip(axes, states.items(), strict=True):
+            for label, faults, line in (("sound", {"faults": []}, "-"), ("crack of 2 mm", {}, "--")):
+                found = page["difference"](gp.replace(page["case"], {**state, **faults}))
+                axis.plot(20.0 * np.arange(found.size) / found.size, 1e6 * found, line, lw=1.0, label=label)
+            axis.set(title=title, xlabel="pitches of the pinion", xticks=range(0, 21, 5))
+        axes[0].set_ylabel("difference signal of the wheel, µm")
+        axes[0].legend()
+        figure.savefig(HOW_TO / "crack.png", dpi=110)
 
 
 def main() -> None:
@@ -95,3 +121,4 @@ if __name__ == "__main__":
     teeth()
     maps()
     diagnosis()
+    crack()

@@ -34,7 +34,7 @@ def test_the_examples_of_a_page_run(page: str, tmp_path: Path, monkeypatch: pyte
     for name, make in FILES.items():
         if f'"{name}"' in text:
             make(tmp_path / name)
-    for folder in ("gallery", "gearboxes", "tutorial"):
+    for folder in ("gallery", "gearboxes", "how-to", "tutorial"):
         shutil.copytree(ROOT / "docs" / folder, tmp_path / "docs" / folder)
     monkeypatch.chdir(tmp_path)
     held = {"gp": gp}

@@ -12,7 +12,8 @@ from typing import Any, Final
 
 from gearplay.model.wording import did_you_mean
 from gearplay.parts.mesh.schema import Mesh
-from gearplay.parts.protocol import Holder, Joint, PartFault
+from gearplay.parts.part_fault import PartFault
+from gearplay.parts.protocol import Holder, Joint
 from gearplay.parts.rotor.gear import Gear, split_name
 from gearplay.parts.rotor.schema import Rotor
 from gearplay.parts.tables import HOLDERS, JOINTS

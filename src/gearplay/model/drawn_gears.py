@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearplay.model import geometry
 from gearplay.model.massless import field_path
-from gearplay.parts.mesh.faults import GearFault
+from gearplay.parts.mesh.faults import ChipFault, CrackFault, GearFault, SpallFault
 from gearplay.parts.mesh.schema import PlanetMesh
 from gearplay.parts.mesh.stiffness import TeethStiffness
 from gearplay.toothing.allowances import distance_allowance
@@ -34,6 +34,7 @@ def mesh_path(case: Case, j: int, *fields: str) -> str:
 def drawn_faults(case: Case) -> list[Fault]:
     """Return the faults of the gears of a case whose parts are valid, each once."""
     found = [fault for j in range(len(case.meshes)) for fault in _mesh_faults(case, j)]
+    found += _lost_faults(case)
     return list({(fault.path, fault.rule): fault for fault in found}.values())
 
 
@@ -208,6 +209,29 @@ def tooth_faults(case: Case, name: str) -> list[tuple[int, Any]]:
         for index, fault in enumerate(case.faults)
         if isinstance(fault, GearFault) and fault.needs_pairs and geometry.full_name(case, fault.at) == full
     ]
+
+
+def _lost_faults(case: Case) -> Iterator[Fault]:
+    """Refuse faults of gears that would be lost: of a gear in no mesh, of one tooth and flank twice where one is kept."""
+    meshed = {geometry.full_name(case, name) for mesh in case.meshes for name in (mesh.driver, mesh.driven)}
+    seen: dict[tuple[str, str, int, str], int] = {}
+    for index, fault in enumerate(case.faults):
+        if not isinstance(fault, GearFault):
+            continue
+        name = geometry.full_name(case, fault.at)
+        if name not in meshed:
+            rule, cure = "must be a gear in a mesh", f"Meshes have: {', '.join(sorted(meshed))}"
+            yield Fault(f"faults.{index}.at", fault.at, rule, cure if meshed else "Add a mesh")
+        elif isinstance(fault, (CrackFault, ChipFault, SpallFault)):
+            flank = getattr(fault, "flank", "both")
+            keys = [
+                (name, fault.kind, fault.tooth, side) for side in ("left", "right") if flank in (side, "both")
+            ]
+            first = next((seen[key] for key in keys if key in seen), None)
+            if first is not None:
+                rule = f"must not be that of faults.{first}, a {fault.kind} of the same gear and flank"
+                yield Fault(f"faults.{index}.tooth", fault.tooth, rule, "Keep one of the two")
+            seen |= dict.fromkeys(keys, index)
 
 
 def _distance_faults(case: Case, j: int) -> Iterator[Fault]:

@@ -13,8 +13,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from gearplay.parts.assembly import Assembly
+from gearplay.parts.part_fault import PartFault
 from gearplay.parts.rotor.schema import Rotor
-from gearplay.schema.fields import Part, Problem
+from gearplay.schema.fields import Part
 from gearplay.schema.finding import Finding
 
 
@@ -119,25 +120,6 @@ class Holder(Part):
     def findings(self, path: str, *, held: bool, alone: bool) -> Iterator[Finding]:
         """Yield findings; ``held`` is whether the centre cannot move, ``alone`` whether no other part holds the rotor."""
         return iter(())
-
-
-class PartFault(Part):
-    """Base of faults of a part, which is the one called ``at`` in the ``table`` of the case."""
-
-    table: ClassVar[str]
-    at: str
-
-    def part(self, parts: Mapping[str, Any]) -> Any:
-        """Return the part that it is of among those of its table; None where there is none of that name."""
-        return parts.get(self.at)
-
-    @abstractmethod
-    def misfits(self, part: Any) -> Iterator[Problem]:
-        """Yield what does not fit the part."""
-
-    @abstractmethod
-    def findings(self, path: str, part: Any, speed: float) -> Iterator[Finding]:
-        """Yield findings; ``speed`` is the nominal one of the rotor against what carries it [rad/s]."""
 
 
 class Joint(Part):

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from gearplay.parts.bearing.law.surface import RING_A, RING_B
-from gearplay.parts.protocol import PartFault
+from gearplay.parts.part_fault import PartFault
 from gearplay.schema.fields import Measure, Problem, RotorName
 from gearplay.schema.finding import Finding
 from gearplay.vocabulary import quantities as q

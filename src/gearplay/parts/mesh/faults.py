@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from gearplay.parts.protocol import PartFault
+from gearplay.parts.part_fault import PartFault
 from gearplay.parts.rotor.gear import GearName, split_name
 from gearplay.schema.fields import Measure, Problem
 from gearplay.schema.finding import Finding

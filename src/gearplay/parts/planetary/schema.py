@@ -9,12 +9,14 @@ from pydantic import Field, model_validator
 from gearplay.parts.mesh.backlash import Backlash, CenterDistance
 from gearplay.parts.mesh.schema import (
     FRICTION_SPEED,
+    Contact,
     Damping,
     ErrorTerm,
     Mesh,
     Module,
     PlanetMesh,
     PressureAngle,
+    TipContact,
 )
 from gearplay.parts.mesh.stiffness import Stiffness
 from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Planets, Toothed, problems_of
@@ -33,8 +35,8 @@ FIT: Final = 1e-6
 """Part of a tooth by which a planet may be off where teeth mesh."""
 
 SHARED: Final = (
-    "module", "pressure_angle", "center_distance", "center_distance_allowance", "backlash", "damping",
-    "transmission_error", "friction_coefficient", "friction_speed",
+    "module", "pressure_angle", "center_distance", "center_distance_allowance", "backlash", "contact",
+    "tip_contact", "damping", "transmission_error", "friction_coefficient", "friction_speed",
 )  # fmt: skip
 """Fields that every mesh of a set has of it."""
 
@@ -61,6 +63,8 @@ class Planetary(Part):
     stiffness: Annotated[Stiffness | None, Field(description="of both kinds of mesh")] = None
     sun_planet: Annotated[Stiffness | None, Field(description="stiffness of the sun's meshes")] = None
     planet_ring: Annotated[Stiffness | None, Field(description="stiffness of the ring's meshes")] = None
+    contact: Contact = "mesh"
+    tip_contact: TipContact = True
     damping: Damping = Damping()
     transmission_error: Annotated[
         tuple[ErrorTerm, ...], Listed(0, 64, "terms of the static transmission error of every mesh")

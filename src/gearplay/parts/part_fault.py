@@ -1,0 +1,27 @@
+"""Base of the kinds of faults that parts of a case may have (`gearplay.parts.faults` lists the kinds)."""
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
+
+from gearplay.schema.fields import Part, Problem
+from gearplay.schema.finding import Finding
+
+
+class PartFault(Part):
+    """Base of faults of a part, which is the one called ``at`` in the ``table`` of the case."""
+
+    table: ClassVar[str]
+    at: str
+
+    def part(self, parts: Mapping[str, Any]) -> Any:
+        """Return the part that it is of among those of its table; None where there is none of that name."""
+        return parts.get(self.at)
+
+    @abstractmethod
+    def misfits(self, part: Any) -> Iterator[Problem]:
+        """Yield what does not fit the part."""
+
+    @abstractmethod
+    def findings(self, path: str, part: Any, speed: float) -> Iterator[Finding]:
+        """Yield findings; ``speed`` is the nominal one of the rotor against what carries it [rad/s]."""
