@@ -104,6 +104,20 @@ PressureAngle = Annotated[
     float,
     Measure(q.ANGLE, "pressure angle at the reference circle", ge=math.radians(5.0), le=math.radians(45.0)),
 ]
+ToothContact = Annotated[
+    Literal["mesh", "pairs"],
+    Field(
+        description="mesh: one stiffness for all pairs of teeth in contact; pairs: each pair of teeth on its own",
+        exclude_if=lambda contact: contact == "mesh",
+    ),
+]
+TipContact = Annotated[
+    bool,
+    Field(
+        description="with pairs: whether corners of the tips touch before and after the path of contact",
+        exclude_if=lambda touches: touches,
+    ),
+]
 FRICTION_SPEED = 1e-3
 """Sliding speed [m/s] within which friction is smoothed by default."""
 
@@ -127,20 +141,8 @@ class Mesh(Part):
     ) = Field(default=None, exclude_if=is_absent)
     backlash: Backlash | None = None
     stiffness: Stiffness
-    contact: Annotated[
-        Literal["mesh", "pairs"],
-        Field(
-            description="mesh: one stiffness for all pairs of teeth in contact; pairs: each pair of teeth on its own",
-            exclude_if=lambda contact: contact == "mesh",
-        ),
-    ] = "mesh"
-    tip_contact: Annotated[
-        bool,
-        Field(
-            description="with pairs: whether corners of the tips touch before and after the path of contact",
-            exclude_if=lambda touches: touches,
-        ),
-    ] = True
+    contact: ToothContact = "mesh"
+    tip_contact: TipContact = True
     damping: Damping = Damping()
     transmission_error: Annotated[
         tuple[ErrorTerm, ...], Listed(0, 64, "terms of the static transmission error")
