@@ -44,7 +44,9 @@ def section_of(flow: Flow, section: str) -> tuple[int, float]:
     labels = flow.packed.contact_labels
     if change not in CHANGES or label not in labels:
         rule = "must be a contact and what it does, CONTACT:opens or CONTACT:closes"
-        raise InputError.of("section", section, rule, f"Choose a contact from: {', '.join(without_slots(labels))}")
+        raise InputError.of(
+            "section", section, rule, f"Choose a contact from: {', '.join(without_slots(labels))}"
+        )
     return labels.index(label), CHANGES[change]
 
 
