@@ -38,7 +38,7 @@ from gearplay.solver.flow import Flow
 KINDS = {kind.name: number for number, kind in enumerate(registry.KINDS)} | {"pairs": registry.MESH}
 KIND_FILES = {kind.name: kind.file for kind in registry.KINDS}
 every_kind = pytest.mark.parametrize("kind", KINDS)
-WITHOUT_CONTACTS = ("servo", "support", "excitation", "base", "positioner")
+WITHOUT_CONTACTS = ("servo", "support", "excitation", "base", "positioner", "pair")
 LOOKS = np.linspace(0.0, 1.0, 42)[1:-1]  # shares of a step
 
 

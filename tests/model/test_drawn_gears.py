@@ -14,6 +14,7 @@ from gearplay.model import geometry
 from gearplay.model.check_pairs import pair_table
 from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.reading import to_toml
+from gearplay.toothing.cracks import Crack, crack_tip
 
 PART = {"mass": "1 kg", "inertia": "1e-3 kg m^2"}
 
@@ -376,7 +377,13 @@ def test_stiffness_runs_the_way_of_the_contact() -> None:
         ),
         ({"tip_radius": 0.6}, {}, {"backlash": "0.1 mm"}, "tip_radius = 0.6: must be at most 0.4719 modules"),
         ({"bore": "71 mm"}, {}, {"backlash": "0.1 mm"}, "must be less than the root diameter, 70 mm"),
-        ({}, {}, {"backlash": "0.1 mm", "contact": "pairs"}, "meshes.0.stiffness.kind"),
+        ({}, {}, {"backlash": "0.1 mm", "contact": "pairs"}, 'meshes.0.stiffness.kind = "harmonic": must be "teeth"'),
+        (
+            {"facewidth": 0.01, "deviations": {"pitch": [1e-6, 2e-6]}},
+            {"facewidth": 0.01},
+            {"backlash": "0.1 mm", "contact": "pairs", "stiffness": TEETH},
+            'rotors.one.deviations.pitch = "2 items": must have one item for each of the 20 teeth',
+        ),
     ],
 )  # fmt: skip
 def test_drawn_gears__impossible_ones_are_refused(
@@ -385,6 +392,40 @@ def test_drawn_gears__impossible_ones_are_refused(
     with pytest.raises(gp.InputError) as caught:
         pair({"teeth": 20, **first}, {"teeth": 60, **second}, **mesh)
     assert words in str(caught.value)
+
+
+def test_faults_of_teeth__in_a_mesh_without_pairs_are_refused() -> None:
+    """Also where the mesh has no field of a drawing: a fault without effect would be taken for a sound gear."""
+    fault = {"kind": "spall", "at": "one", "tooth": 2, "depth": "20 um"}
+    plain = document({"teeth": 20}, {"teeth": 60}, backlash="0.1 mm")
+    with pytest.raises(
+        gp.InputError, match=r'faults\.0\.kind = "spall": must be in meshes with contact = "pairs"'
+    ):
+        gp.load_case(plain | {"faults": [fault]})
+    eccentric = {"kind": "eccentricity", "at": "one", "amount": "20 um"}
+    assert gp.load_case(plain | {"faults": [eccentric]}).faults
+
+
+def test_cracks__end_at_the_middle_of_the_tooth() -> None:
+    """The crack begins at a half thickness s of its tooth and may be s / sin(angle) long; along the tooth it has no end here."""
+    wide = {"facewidth": "20 mm"}
+    case = document(
+        {"teeth": 20, **wide}, {"teeth": 60, **wide}, backlash="0.1 mm", contact="pairs", stiffness=TEETH
+    )
+    drawn = geometry.pair_of(gp.load_case(case), 0).first
+    half = crack_tip(drawn, Crack(0.0, 0.0))[0]
+    assert 0.6 * drawn.module < half < 1.2 * drawn.module
+    for angle in (30.0, 60.0, 90.0):
+        most = half / math.sin(math.radians(angle))
+        fault = {"kind": "crack", "at": "one", "angle": f"{angle} deg"}
+        assert gp.load_case(case | {"faults": [{**fault, "depth": 0.999 * most}]}).faults
+        with pytest.raises(
+            gp.InputError, match=rf"faults\.0\.depth = .* must be at most {1e3 * most:.4g} mm"
+        ):
+            gp.load_case(case | {"faults": [{**fault, "depth": 1.001 * most}]})
+    assert gp.load_case(
+        case | {"faults": [{"kind": "crack", "at": "one", "angle": 0.0, "depth": "5 mm"}]}
+    ).faults
 
 
 def test_findings_of_a_gear_designer() -> None:

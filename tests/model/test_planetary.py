@@ -243,3 +243,34 @@ def test_damping_beside_elastic_pins() -> None:
         for extra in (0.0, 300.0)
     )
     assert (damped["damping_x"] - plain["damping_x"]).tolist() == [300.0] * 4
+
+
+@pytest.mark.parametrize(("planet", "shift"), [(20, math.pi), (21, 0.0)])
+def test_pairs__have_their_phases_from_the_places_of_the_teeth(planet: int, shift: float) -> None:
+    """The half pitch between both flanks of an even planet is of a mesh in one contact only."""
+    teeth = {"sun": {"teeth": 60 - 2 * planet, "facewidth": 0.02}, "ring": {"facewidth": 0.02}}
+    fields: dict[str, Any] = {**teeth, "planets": {"count": 2, "teeth": planet, "facewidth": 0.02}}
+    tables = {"kind": "teeth", "method": "iso6336"}
+    fields |= {"stiffness": None, "sun_planet": tables, "planet_ring": tables}
+    one = gp.load_case(planetary_document(**fields))
+    pairs = gp.load_case(planetary_document(**fields, contact="pairs", tip_contact=False))
+    assert [mesh.phase for mesh in one.meshes] == [0.0, 0.0, shift, shift]
+    assert [mesh.phase for mesh in pairs.meshes] == [0.0] * 4
+    assert [(mesh.contact, mesh.tip_contact) for mesh in pairs.meshes] == [("pairs", False)] * 4
+
+
+def test_pairs__of_a_planetary_set_share_the_load() -> None:
+    """Perfect teeth and equal planets: the flanks of the sun carry a third of its torque each, in the mean."""
+    wide = {"facewidth": 0.02, "tip_relief": {"amount": 5e-6, "length": 3e-3}}
+    fields: dict[str, Any] = {"stiffness": None, "contact": "pairs", "damping": {"ratio": 0.1}}
+    fields |= {"sun": {"teeth": 18, **wide}, "planets": {"count": 3, "teeth": 21, **wide}, "ring": wide}
+    tables = {"kind": "teeth", "method": "iso6336"}
+    case = gp.load_case(planetary_document(**fields, sun_planet=tables, planet_ring=tables))
+    run = gp.simulate(case, duration=0.05, transient=0.05)
+    ds = run.ds
+    force = ds["drive_force"].sel(mesh=[f"stage.sun-stage.planet{k}" for k in (1, 2, 3)]).mean("time")
+    base = pair_of(case, 0).first.base_radius
+    torque = float(ds["load_torque"].sel(rotor="stage.carrier").mean("time"))
+    each = abs(torque) / (1.0 + 60.0 / 18.0) / 3.0 / base
+    np.testing.assert_allclose(force, each, rtol=0.02)
+    assert not any(":drive-" in label for label in run.contacts.labels)

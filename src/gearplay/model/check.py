@@ -9,6 +9,7 @@ from typing import Final
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.check_damping import damping_findings
+from gearplay.model.check_deviations import deviation_findings
 from gearplay.model.check_elements import element_findings
 from gearplay.model.check_pairs import pair_findings
 from gearplay.model.check_run import run_findings
@@ -76,6 +77,7 @@ def check_case(case: Source) -> list[Finding]:
     found += [*_inertias(case), *_excitation(case), *(() if light else _fixed_step(case, packed))]
     found += element_findings(case)
     found += teeth_findings(case)
+    found += deviation_findings(case)
     found += run_findings(case)
     found += damping_findings(case)
     found += pair_findings(case)

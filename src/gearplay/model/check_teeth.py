@@ -45,7 +45,7 @@ def teeth_findings(case: Case) -> Iterator[Finding]:
         yield from _contact_ratio(case, j, pair)
         yield from _tip_clearance(case, j, pair)
         yield from _fouling(case, j, pair)
-        yield from _light_load(case, j)
+    yield from _light_loads(case)
     yield from _planets(case)
 
 
@@ -164,19 +164,29 @@ def _fouling(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
     )
 
 
-def _light_load(case: Case, j: int) -> Iterator[Finding]:
-    """Yield a note on the load at which ISO 6336-1 gives the stiffness of the teeth."""
+def _light_loads(case: Case) -> Iterator[Finding]:
+    """Yield a note on the load at which ISO 6336-1 gives the stiffness of the teeth, once for meshes that are alike."""
+    alike: dict[str, list[int]] = {}
+    for j in range(len(case.meshes)):
+        if words := _light_load(case, j):
+            alike.setdefault(words, []).append(j)
+    for words, meshes in alike.items():
+        names = f"{', '.join(case.meshes[j].label for j in meshes)}: " if len(meshes) > 1 else ""
+        yield Finding("note", f"meshes.{meshes[0]}.stiffness", f"{names}{words}. Give line_load for another.")
+
+
+def _light_load(case: Case, j: int) -> str:
+    """Return the load of mesh j and its factor of the stiffness as text; empty where the factor is 1 or does not apply."""
     mesh = case.meshes[j]
     if not isinstance(mesh.stiffness, TeethStiffness) or mesh.stiffness.method != "iso6336":
-        return
+        return ""
     load = mesh.stiffness.line_load or nominal_line_load(case, j)
-    words = "the case has no load, so that the stiffness of the teeth is that above 100 N/mm of facewidth"
-    if load is not None:
-        factor = light_load_factor(load)
-        words = f"at F_t/b = {1e-3 * load:.4g} N/mm the teeth have {factor:.3g} of the stiffness above 100 N/mm (ISO 6336-1)"
-        if factor == 1.0:
-            return
-    yield Finding("note", f"meshes.{j}.stiffness", f"{words}. Give line_load for another.")
+    if load is None:
+        return "the case has no load, so that the stiffness of the teeth is that above 100 N/mm of facewidth"
+    factor = light_load_factor(load)
+    if factor == 1.0:
+        return ""
+    return f"at F_t/b = {1e-3 * load:.4g} N/mm the teeth have {factor:.3g} of the stiffness above 100 N/mm (ISO 6336-1)"
 
 
 def _with_ring(pair: GearPair, teeth: int) -> GearPair:

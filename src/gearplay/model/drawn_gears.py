@@ -12,6 +12,7 @@ from gearplay.parts.mesh.faults import ChipFault, CrackFault, GearFault, SpallFa
 from gearplay.parts.mesh.schema import PlanetMesh
 from gearplay.parts.mesh.stiffness import TeethStiffness
 from gearplay.toothing.allowances import distance_allowance
+from gearplay.toothing.cracks import Crack, crack_tip
 from gearplay.toothing.gear import DrawnGear, full_tip_radius
 from gearplay.toothing.pair import GearPair
 from gearplay.vocabulary.errors import NO_VALUE, Fault
@@ -38,11 +39,12 @@ def drawn_faults(case: Case) -> list[Fault]:
     return list({(fault.path, fault.rule): fault for fault in found}.values())
 
 
-def _gear_path(case: Case, name: str, field: str) -> str:
+def gear_path(case: Case, name: str, *fields: str) -> str:
+    """Return the path of a field of a gear, which may be one of several of a rotor or a member of a planetary set."""
     rotor = geometry.rotor_of(case, name)
     full = geometry.full_name(case, name)
     return field_path(
-        case, rotor, *(["gears", full.removeprefix(f"{rotor}.")] if full != rotor else []), field
+        case, rotor, *(["gears", full.removeprefix(f"{rotor}.")] if full != rotor else []), *fields
     )
 
 
@@ -54,6 +56,7 @@ def _mesh_faults(case: Case, j: int) -> Iterator[Fault]:
         yield Fault(mesh_path(case, j, "backlash"), NO_VALUE, "is required", "Add it")
         return
     if not is_drawn and not isinstance(mesh.stiffness, TeethStiffness) and mesh.contact == "mesh":
+        yield from _tooth_fault_faults(case, j, given)
         return
     if case.formulation == "as_published" and (is_drawn or mesh.contact == "pairs"):
         rule = "must be of full-depth spur teeth without shift, in one contact, as published"
@@ -63,13 +66,11 @@ def _mesh_faults(case: Case, j: int) -> Iterator[Fault]:
     if abs(abs(first.helix_angle) - abs(second.helix_angle)) > SAME:
         rule = f"must be that of {one}, {math.degrees(first.helix_angle):.6g} deg, of either hand, since they mesh"
         shown = f"{math.degrees(second.helix_angle):.6g} deg"
-        yield Fault(_gear_path(case, other, "helix_angle"), shown, rule, "Give both gears the same one")
+        yield Fault(gear_path(case, other, "helix_angle"), shown, rule, "Give both gears the same one")
         return
     faults = [fault for name, gear in given.items() for fault in _gear_faults(case, j, name, gear)]
     faults += [*_stiffness_faults(case, j, given), *_pair_faults(case, j, given)]
-    yield from faults
-    if not faults:
-        yield from _distance_faults(case, j)
+    yield from faults or [*_distance_faults(case, j), *_tooth_fault_faults(case, j, given)]
 
 
 def _gear_faults(case: Case, j: int, name: str, gear: Toothing) -> Iterator[Fault]:
@@ -78,16 +79,16 @@ def _gear_faults(case: Case, j: int, name: str, gear: Toothing) -> Iterator[Faul
     if math.isnan(gear.thickness_change(mesh.module, mesh.pressure_angle, teeth, 1.0)[0]):
         rule = "must be given in lengths for a reference diameter over 1000 mm, beyond the table of DIN 3967"
         cure = 'Write { upper = "...", lower = "..." }'
-        yield Fault(_gear_path(case, name, "allowance"), gear.allowance, rule, cure)
+        yield Fault(gear_path(case, name, "allowance"), gear.allowance, rule, cure)
         return
     drawn = gear.drawing(mesh.module, mesh.pressure_angle, teeth, internal=internal)
     roundest = full_tip_radius(mesh.pressure_angle, gear.dedendum)
     if "tip_radius" in gear.drawn and gear.tip_radius > roundest:
         rule = f"must be at most {roundest:.4g} modules, the full round of a rack of this pressure angle and dedendum"
-        yield Fault(_gear_path(case, name, "tip_radius"), gear.tip_radius, rule, "Lower it or the dedendum")
+        yield Fault(gear_path(case, name, "tip_radius"), gear.tip_radius, rule, "Lower it or the dedendum")
     elif roundest < 0.0 and "dedendum" in gear.drawn:
         rule = "must leave the rack's teeth a tip: they are pointed before this dedendum"
-        yield Fault(_gear_path(case, name, "dedendum"), gear.dedendum, rule, "Lower it or the pressure angle")
+        yield Fault(gear_path(case, name, "dedendum"), gear.dedendum, rule, "Lower it or the pressure angle")
     yield from _circle_faults(case, name, gear, drawn)
     if not 0.0 < drawn.normal_thickness < math.pi * drawn.module:
         rule = (
@@ -95,13 +96,13 @@ def _gear_faults(case: Case, j: int, name: str, gear: Toothing) -> Iterator[Faul
             f"the pitch is {1e3 * math.pi * drawn.module:.4g} mm"
         )
         field = next((each for each in ("thickness", "allowance") if each in gear.drawn), "profile_shift")
-        yield Fault(_gear_path(case, name, field), NO_VALUE, rule, "Check the number and its unit")
+        yield Fault(gear_path(case, name, field), NO_VALUE, rule, "Check the number and its unit")
 
 
 def _circle_faults(case: Case, name: str, gear: Toothing, drawn: DrawnGear) -> Iterator[Fault]:
     """Refuse tip circles within root circles or, of external gears, within base circles; bores that cut into the teeth."""
     field = "tip_diameter" if gear.tip_diameter is not None else "addendum"
-    path = _gear_path(case, name, field)
+    path = gear_path(case, name, field)
     shown = f"{2e3 * drawn.tip:.6g} mm" if field == "tip_diameter" else f"{gear.addendum:g}"
     cure = "Check the number and its unit, profile_shift and module"
     root, base = 2e3 * drawn.root, 2e3 * drawn.base_radius
@@ -116,10 +117,10 @@ def _circle_faults(case: Case, name: str, gear: Toothing, drawn: DrawnGear) -> I
         return
     if drawn.internal:
         rule = "must not be given for an internal gear, whose rim counts as rigid"
-        yield Fault(_gear_path(case, name, "bore"), f"{1e3 * drawn.bore:.6g} mm", rule, "Remove it")
+        yield Fault(gear_path(case, name, "bore"), f"{1e3 * drawn.bore:.6g} mm", rule, "Remove it")
     elif drawn.bore >= 2.0 * drawn.root:
         rule = f"must be less than the root diameter, {root:.6g} mm"
-        yield Fault(_gear_path(case, name, "bore"), f"{1e3 * drawn.bore:.6g} mm", rule, "Check both")
+        yield Fault(gear_path(case, name, "bore"), f"{1e3 * drawn.bore:.6g} mm", rule, "Check both")
 
 
 def _stiffness_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
@@ -129,7 +130,7 @@ def _stiffness_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iter
     for name, gear in given.items():
         if gear.facewidth is None:
             rule = 'is required by stiffness kind "teeth"'
-            yield Fault(_gear_path(case, name, "facewidth"), NO_VALUE, rule, "Give the width of the teeth")
+            yield Fault(gear_path(case, name, "facewidth"), NO_VALUE, rule, "Give the width of the teeth")
         if mesh.stiffness.method != "potential-energy":
             continue
         internal = geometry.gear_of(case, name).internal
@@ -139,7 +140,7 @@ def _stiffness_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iter
             yield Fault(path, "potential-energy", rule, 'Take method = "iso6336"')
         if gear.bore is None and not internal:
             rule = "is required by potential-energy, for the stiffness of the body under the teeth"
-            yield Fault(_gear_path(case, name, "bore"), NO_VALUE, rule, 'Give it, or take method = "iso6336"')
+            yield Fault(gear_path(case, name, "bore"), NO_VALUE, rule, 'Give it, or take method = "iso6336"')
         drawn = gear.drawing(
             mesh.module, mesh.pressure_angle, geometry.teeth_of(case, name), internal=internal
         )
@@ -172,7 +173,7 @@ def _pair_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[
         for field in ("tip_relief", "quality", "deviations"):
             if getattr(gear, field) is None or (field == "quality" and mesh.contact != "pairs"):
                 continue
-            path = _gear_path(case, name, field)
+            path = gear_path(case, name, field)
             if mesh.contact != "pairs":
                 rule = f'must not be given for a gear of mesh {mesh.label}, which has contact = "mesh"'
                 yield Fault(path, NO_VALUE, rule, 'Write contact = "pairs" in the mesh, or remove it')
@@ -181,11 +182,6 @@ def _pair_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[
                     "must not be given for helical gears, along whose lines of contact deviations would vary"
                 )
                 yield Fault(path, NO_VALUE, rule, "Remove it")
-        for index, fault in tooth_faults(case, name):
-            if mesh.contact != "pairs" or gear.helix_angle:
-                rule = f'must be in meshes with contact = "pairs" of spur gears, which {mesh.label} is not'
-                cure = 'Write contact = "pairs" in the mesh, or take kind = "eccentricity"'
-                yield Fault(f"faults.{index}.kind", fault.kind, rule, cure)
         if gear.deviations is None:
             continue
         teeth = geometry.teeth_of(case, name)
@@ -194,11 +190,32 @@ def _pair_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[
             if count not in (0, teeth):
                 rule = f"must have one item for each of the {teeth} teeth"
                 yield Fault(
-                    _gear_path(case, name, f"deviations.{field}"),
+                    gear_path(case, name, "deviations", field),
                     f"{count} items",
                     rule,
                     "Add or remove items",
                 )
+
+
+def _tooth_fault_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
+    """Refuse faults of single teeth in meshes without pairs or of helical gears, and cracks beyond the middle of a tooth."""
+    mesh = case.meshes[j]
+    for name, gear in given.items():
+        for index, fault in tooth_faults(case, name):
+            if mesh.contact != "pairs" or gear.helix_angle:
+                rule = f'must be in meshes with contact = "pairs" of spur gears, which {mesh.label} is not'
+                cure = 'Write contact = "pairs" in the mesh, or take kind = "eccentricity"'
+                yield Fault(f"faults.{index}.kind", fault.kind, rule, cure)
+            elif isinstance(fault, CrackFault):
+                drawn = gear.drawing(
+                    mesh.module, mesh.pressure_angle, geometry.teeth_of(case, name), internal=False
+                )
+                beyond = -crack_tip(drawn, Crack(fault.depth, fault.angle))[0]
+                if beyond > 0.0:
+                    deepest = fault.depth - beyond / math.sin(fault.angle)
+                    rule = f"must be at most {1e3 * deepest:.4g} mm, where the crack reaches the middle of the tooth"
+                    cure = 'Lower it, or take kind = "missing-tooth"'
+                    yield Fault(f"faults.{index}.depth", f"{1e3 * fault.depth:.6g} mm", rule, cure)
 
 
 def tooth_faults(case: Case, name: str) -> list[tuple[int, Any]]:
@@ -241,7 +258,7 @@ def _distance_faults(case: Case, j: int) -> Iterator[Fault]:
     if math.isnan(pair.shifted_distance):
         names = " and ".join((mesh.driver, mesh.driven))
         rule = f"must let {names} mesh: the profile shifts leave no centre distance without backlash"
-        path = _gear_path(case, mesh.driver, "profile_shift")
+        path = gear_path(case, mesh.driver, "profile_shift")
         yield Fault(path, geometry.gear_of(case, mesh.driver).profile_shift, rule, "Correct the shifts")
         return
     least, most = pair.range_of_distances
@@ -277,4 +294,4 @@ def _tip_fault(case: Case, j: int, pair: GearPair) -> Fault:
     if gap <= 0.0:
         rule = f"must leave the roots of {names[1 - k]} a clearance {where}, where tips reach {-1e3 * gap:.4g} mm into them"
     cure = "Correct tip diameter or addendum, the dedendum of the other gear, or profile shifts"
-    return Fault(_gear_path(case, names[k], field), shown, rule, cure)
+    return Fault(gear_path(case, names[k], field), shown, rule, cure)

@@ -15,6 +15,7 @@ from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.nonlinear.sections import Section, impacts, section
 from gearplay.results.base import OfDataset
 from gearplay.results.choice import cut, free_rotors, moves
+from gearplay.results.contacts import without_slots
 from gearplay.results.mechanism import motion_of
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.results.result import Result
@@ -124,7 +125,8 @@ def portrait(
         path = strobing(keep=show * parts + 1, settle=settle * parts, period=step / parts)
         strobe = _until_late(partial(strobing, keep=keep, settle=settle, period=step), path)
         hits = {
-            label: _until_late(partial(hitting, contact=label), path, 1) for label in packed.contact_labels
+            label: _until_late(partial(hitting, contact=label), path, 1)
+            for label in without_slots(packed.contact_labels)
         }
     pieces = {"path": path, "sections": strobe} | {f"onsets of {label}": each for label, each in hits.items()}
     late = ", ".join(name for name, each in pieces.items() if each.ended)

@@ -15,6 +15,7 @@ from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.pictures.style import COUPLED, new_axes
 from gearplay.pictures.words import plain, shown_in
 from gearplay.results.base import AnalysisResult, case_in, check_kind
+from gearplay.results.contacts import without_slots
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.results.simulate import case_of
 from gearplay.solver.flow import Flow
@@ -209,7 +210,7 @@ def impacts(
     labels = flow.packed.contact_labels
     if contact not in labels:
         rule = "must be a contact of this case"
-        raise InputError.of("contact", contact, rule, f"Choose from: {', '.join(labels)}")
+        raise InputError.of("contact", contact, rule, f"Choose from: {', '.join(without_slots(labels))}")
     if change not in CHANGES:
         raise InputError.of("change", change, "must be onset or release", "Choose one")
     end = base.run.transient + base.run.duration

@@ -2,7 +2,7 @@
 
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -22,6 +22,15 @@ PAIR_OF_TEETH: Final = re.compile(r":(drive|back)-\d+$")
 """Label of a contact of single pairs of teeth, those that take one slot of a flank in turn."""
 LARGEST = ("max_impact_speed", "peak_force", "max_penetration")
 """Statistics of which an ensemble has the largest of its members'; of the others it has means over time or impacts."""
+
+
+def without_slots(labels: Iterable[str]) -> tuple[str, ...]:
+    """Return the labels of contacts without those of single pairs of teeth, for which their flank stands.
+
+    >>> without_slots(["ring", "pinion-ring:drive", "pinion-ring:drive-0", "pinion-ring:drive-1"])
+    ('ring', 'pinion-ring:drive')
+    """
+    return tuple(label for label in labels if not PAIR_OF_TEETH.search(label))
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.geometry import rotor_of
 from gearplay.model.pack import pack
+from gearplay.results.contacts import without_slots
 from gearplay.results.spectra import student_widening
 from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.progress import Tick
@@ -98,7 +99,7 @@ def measures(case: Case) -> list[dict[str, str]]:
     """
     rotors = {name: words for name, words in OF_ROTOR.items() if name != "line" or case.meshes}
     of = [(rotors, rotor) for rotor in case.rotors]
-    of += [(OF_CONTACT, contact) for contact in pack(case).contact_labels]
+    of += [(OF_CONTACT, contact) for contact in without_slots(pack(case).contact_labels)]
     return [
         {"measure": name, "words": words, "of": element}
         for known, element in of
@@ -134,7 +135,7 @@ def contacts_of(case: Case, of: str) -> list[str]:
     >>> contacts_of(load_case("han2021"), "ring"), contacts_of(load_case("han2021"), "pinion-ring:back")
     (['ring', 'pinion-ring:drive', 'pinion-ring:back'], ['pinion-ring:back'])
     """
-    labels = list(pack(case).contact_labels)
+    labels = without_slots(pack(case).contact_labels)
     if of not in case.rotors:
         return [of]
     touched = {of} | {

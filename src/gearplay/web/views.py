@@ -13,7 +13,7 @@ from gearplay.model.geometry import (
     is_held,
 )
 from gearplay.pictures.extremes import extremes, thinned_path
-from gearplay.results.contacts import contacts_of
+from gearplay.results.contacts import contacts_of, without_slots
 from gearplay.results.mechanism import frames_of, orbit_of
 from gearplay.results.output_shaft import shaft_of_runs
 from gearplay.results.spectra import ensemble_spectrum, student_widening
@@ -83,10 +83,11 @@ def _histories(run: Trajectory, time: Floats) -> list[dict[str, Any]]:
 
 
 def _strip(run: Trajectory) -> list[dict[str, Any]]:
-    """Return when each contact was closed: pairs of times [s], shape [interval, 2]."""
+    """Return when each contact was closed, of pairs of teeth their flank: pairs of times [s], shape [interval, 2]."""
     found = []
     log = run.log.reshape(-1, 4)
-    for at, label in enumerate(run.statistics.labels):
+    for label in without_slots(run.statistics.labels):
+        at = run.statistics.labels.index(label)
         rows = log[log[:, 1] == at]
         begins, ends = (rows[rows[:, 2] == closes, 0] for closes in (1.0, 0.0))
         begun = rows[0, 2] == 0.0 if len(rows) else run.statistics.share_of_time[at] > 0.5

@@ -16,6 +16,7 @@ from gearplay.integrate.switches import make_branch
 from gearplay.kernels.layout import PENETRATION
 from gearplay.model.families import Family
 from gearplay.nonlinear.orbits.period_map import Image, Member, StrobeMap, excitation_rates
+from gearplay.results.contacts import without_slots
 from gearplay.solver.flow import Flow
 from gearplay.vocabulary.errors import InputError, SimulationError
 
@@ -43,7 +44,9 @@ def section_of(flow: Flow, section: str) -> tuple[int, float]:
     labels = flow.packed.contact_labels
     if change not in CHANGES or label not in labels:
         rule = "must be a contact and what it does, CONTACT:opens or CONTACT:closes"
-        raise InputError.of("section", section, rule, f"Choose a contact from: {', '.join(labels)}")
+        raise InputError.of(
+            "section", section, rule, f"Choose a contact from: {', '.join(without_slots(labels))}"
+        )
     return labels.index(label), CHANGES[change]
 
 

@@ -104,7 +104,7 @@ PressureAngle = Annotated[
     float,
     Measure(q.ANGLE, "pressure angle at the reference circle", ge=math.radians(5.0), le=math.radians(45.0)),
 ]
-Contact = Annotated[
+ToothContact = Annotated[
     Literal["mesh", "pairs"],
     Field(
         description="mesh: one stiffness for all pairs of teeth in contact; pairs: each pair of teeth on its own",
@@ -141,7 +141,7 @@ class Mesh(Part):
     ) = Field(default=None, exclude_if=is_absent)
     backlash: Backlash | None = None
     stiffness: Stiffness
-    contact: Contact = "mesh"
+    contact: ToothContact = "mesh"
     tip_contact: TipContact = True
     damping: Damping = Damping()
     transmission_error: Annotated[

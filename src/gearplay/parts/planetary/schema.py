@@ -9,7 +9,6 @@ from pydantic import Field, model_validator
 from gearplay.parts.mesh.backlash import Backlash, CenterDistance
 from gearplay.parts.mesh.schema import (
     FRICTION_SPEED,
-    Contact,
     Damping,
     ErrorTerm,
     Mesh,
@@ -17,6 +16,7 @@ from gearplay.parts.mesh.schema import (
     PlanetMesh,
     PressureAngle,
     TipContact,
+    ToothContact,
 )
 from gearplay.parts.mesh.stiffness import Stiffness
 from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Planets, Toothed, problems_of
@@ -35,8 +35,8 @@ FIT: Final = 1e-6
 """Part of a tooth by which a planet may be off where teeth mesh."""
 
 SHARED: Final = (
-    "module", "pressure_angle", "center_distance", "center_distance_allowance", "backlash", "contact",
-    "tip_contact", "damping", "transmission_error", "friction_coefficient", "friction_speed",
+    "module", "pressure_angle", "center_distance", "center_distance_allowance", "backlash", "damping",
+    "transmission_error", "friction_coefficient", "friction_speed", "contact", "tip_contact",
 )  # fmt: skip
 """Fields that every mesh of a set has of it."""
 
@@ -63,7 +63,7 @@ class Planetary(Part):
     stiffness: Annotated[Stiffness | None, Field(description="of both kinds of mesh")] = None
     sun_planet: Annotated[Stiffness | None, Field(description="stiffness of the sun's meshes")] = None
     planet_ring: Annotated[Stiffness | None, Field(description="stiffness of the ring's meshes")] = None
-    contact: Contact = "mesh"
+    contact: ToothContact = "mesh"
     tip_contact: TipContact = True
     damping: Damping = Damping()
     transmission_error: Annotated[
@@ -290,7 +290,8 @@ class Planetary(Part):
         first = along if self.input == "carrier" else self.input
         last = "ring" if first == "sun" else "sun"
         # A planet's two flanks are half a pitch apart, and so are tooth and gap on opposite sides of an odd one.
-        half_pitch = math.pi if self.planets.teeth % 2 == 0 else 0.0
+        # Pairs of teeth have both from the places of the teeth.
+        half_pitch = math.pi if self.planets.teeth % 2 == 0 and self.contact == "mesh" else 0.0
         return [
             self._mesh(
                 driver=called[first] if incoming else planet,

@@ -13,6 +13,7 @@ from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
 from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.results.contacts import without_slots
 from gearplay.results.output_shaft import OutputShaft, input_of, output_of, shaft_of_runs, wanted_of
 from gearplay.results.spectra import Spectrum, amplitude_spectrum
 from gearplay.signals.checks import check_channel
@@ -143,7 +144,7 @@ def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
     if isinstance(reduction, ContactReduction):
         known = packed.contact_labels
         if reduction.contact not in known:
-            raise _unknown(reduction, "contact", reduction.contact, known)
+            raise _unknown(reduction, "contact", reduction.contact, without_slots(known))
         return []
     if isinstance(reduction, OutputReduction):
         if reduction.at not in (None, *case.rotors):
