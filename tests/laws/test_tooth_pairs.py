@@ -1,6 +1,7 @@
 """Pairs of teeth: trajectories of an independent simulation, gaps of outlines, load sharing, deviations, energy, cost."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from scipy.integrate import cumulative_simpson
 from scipy.optimize import brentq, minimize_scalar
 
+import gearplay as gp
 from building import Document, Floats, Measured, case_of, merged, mesh_at, simulate_one
 from depth import sized
 from gearplay.model.geometry import pair_of
@@ -344,6 +346,22 @@ def test_quality__draws_deviations_that_the_seed_repeats() -> None:
     assert np.array_equal(rows[0], rows[1])
     assert not np.array_equal(rows[0], rows[2])
     assert 5e-6 < np.ptp(rows[0][::2, 0]) < 4e-5
+
+
+def test_quality__gives_each_member_teeth_of_its_own(tmp_path: Path) -> None:
+    """A member alone, among others and read from a file has the same motion; members differ by their teeth."""
+    case = {"rotors.pinion.quality": 6, "rotors.ring.quality": 6, "run.duration": 0.2, "run.transient": 0.0}
+    case = gp.replace(gp.load_case("han2021-pairs"), case)
+    both, alone = gp.simulate(case, members=[1, 2]), gp.simulate(case, members=[2])
+    both.save(tmp_path / "both.nc")
+    read = gp.read_result(tmp_path / "both.nc")
+    for name in ("theta", "drive_penetration"):
+        found = both.ds[name].sel(member=2).values
+        assert np.array_equal(found, np.squeeze(alone.ds[name].values))
+        assert np.array_equal(found, read.ds[name].sel(member=2).values)
+    terms = [pack(case, member=member).system.terms for member in (1, 2, 2)]
+    assert np.array_equal(terms[1], terms[2])
+    assert not np.array_equal(terms[0], terms[1])
 
 
 def test_energy__closes_with_corners_and_deviations(measured: Measured) -> None:

@@ -316,6 +316,14 @@ class Case(Part):
         """Parts that connect rotors, besides meshes."""
         return tuple(joint for name in JOINTS for joint in getattr(self, name))
 
+    @property
+    def differs_by_member(self) -> bool:
+        """Whether each member has a mechanism of its own: a random record of the housing, or teeth drawn within a class."""
+        if self.base is not None and self.base.is_per_member:
+            return True
+        gears = (gear for rotor in self.rotors.values() for gear in (rotor, *rotor.gears.values()))
+        return any(mesh.contact == "pairs" for mesh in self.meshes) and any(gear.quality for gear in gears)
+
     def holders(self, rotor: str) -> tuple[Holder, ...]:
         """Return the parts that hold a rotor, in the order of `HOLDERS`."""
         return tuple([part for table in HOLDERS if (part := getattr(self, table).get(rotor)) is not None])

@@ -150,6 +150,7 @@ def pack_meshes(
     centres: dict[str, tuple[float, float]],
     moving: Floats,
     depths: Floats,
+    member: int,
 ) -> tuple[Floats, Floats, Floats]:
     """Add every mesh to a mechanism; return rows of harmonic terms, pieces of splines, and series of involutes by mesh."""
     terms: list[list[float]] = []
@@ -165,7 +166,7 @@ def pack_meshes(
         m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
         series, m.u_series = involute_series(geometry.pair_of(case, j).working_angle)
         involutes.append(series)
-        pack_pairs(case, j, m, places.numbers[j], spline, terms)
+        pack_pairs(case, j, m, places.numbers[j], spline, terms, member)
         if m.pairs == 0 and k.kind == tooth_stiffness.STIFFNESS_SPLINE:
             m.stiffness_start, m.stiffness_count = len(spline), len(k.rows)
             spline.extend(k.rows.tolist())

@@ -164,7 +164,9 @@ def pack(
     packing = Packing(assembly, case.rotors, rotors, centres, case.formulation == "as_published")
     packing.faults = case.faults
     _pack_holders(case, packing, range(MESH))
-    terms, spline, involutes = pack_meshes(case, assembly, rotors, centres, moving, damping_depths(turning))
+    terms, spline, involutes = pack_meshes(
+        case, assembly, rotors, centres, moving, damping_depths(turning), member
+    )
     packing.terms += np.concatenate([terms, _pack_ripples(case, rotors, len(terms))]).tolist()
     for joint in case.joints:
         joint.pack(packing)

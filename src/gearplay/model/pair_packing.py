@@ -82,10 +82,12 @@ def pack_pairs(
     numbers: tuple[int, int],
     spline: list[list[float]],
     terms: list[list[float]],
+    member: int,
 ) -> None:
     """Fill the fields of mesh j's record for pairs of teeth; add their stiffness to the curves and deviations to the terms.
 
-    ``numbers`` are those of driver's and driven tooth at the line of centres where nothing has turned.
+    ``numbers`` are those of driver's and driven tooth at the line of centres where nothing has turned; ``member`` decides, with
+    the seed of the run, what is drawn.
     """
     slots = pair_contacts(case, j)
     m.pairs = slots
@@ -117,7 +119,7 @@ def pack_pairs(
             power = 2.0 if relief.shape == "parabolic" else 1.0
             slope += power * relief.amount / relief.length
             bend += (power - 1.0) * 2.0 * relief.amount / relief.length**2
-        rows = tooth_rows(case, name, found, k)
+        rows = tooth_rows(case, name, found, k, member)
         if rows is not None:
             setattr(m, f"toothing_{ending}", len(terms))
             setattr(m, f"rows_{ending}", len(rows) // (2 * gear.teeth))

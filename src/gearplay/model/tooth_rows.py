@@ -28,7 +28,7 @@ WHOLE = (0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0)
 """Rows without a fault: nothing is missing, spall and chip begin beyond the tip."""
 
 
-def tooth_rows(case: "Case", name: str, stiffness: PathStiffness, which: int) -> Floats | None:
+def tooth_rows(case: "Case", name: str, stiffness: PathStiffness, which: int, member: int) -> Floats | None:
     """Return the rows of all teeth of a gear, two flanks a tooth, the clockwise one first; None for perfect teeth.
 
     Parameters
@@ -39,10 +39,15 @@ def tooth_rows(case: "Case", name: str, stiffness: PathStiffness, which: int) ->
         Of the pair, which cracks take from.
     which
         0 for the first gear of the pair, 1 for the second.
+    member
+        Number of the member, whose deviations are drawn.
 
     """
     gear = (stiffness.pair.first, stiffness.pair.second)[which]
-    deviating, broken = _deviation_rows(case, name, gear), [fault for _, fault in tooth_faults(case, name)]
+    deviating, broken = (
+        _deviation_rows(case, name, gear, member),
+        [fault for _, fault in tooth_faults(case, name)],
+    )
     if not broken:
         return deviating
     rows = np.tile(np.reshape(WHOLE, (WITH_FAULTS, 3)), (gear.teeth, 2, 1, 1))
@@ -86,14 +91,14 @@ def _losses(stiffness: PathStiffness, which: int, crack: Crack) -> Floats:
     return found if which == 0 else found[::-1]
 
 
-def _deviation_rows(case: "Case", name: str, gear: DrawnGear) -> Floats | None:
+def _deviation_rows(case: "Case", name: str, gear: DrawnGear, member: int) -> Floats | None:
     """Return rows (pitch, slope, form) [m] of material missing, two a tooth; None without deviations.
 
     A flank that stands counter-clockwise of its place has less material where the tooth lies on the counter-clockwise side of it.
     """
     given, zero = geometry.gear_of(case, name), np.zeros(gear.teeth)
     if given.quality is not None:
-        seed = [case.run.seed, *geometry.full_name(case, name).encode()]
+        seed = [case.run.seed, member, *geometry.full_name(case, name).encode()]
         drawn = draw_deviations(gear, given.quality, np.random.default_rng(seed))
         flanks = {
             side: np.column_stack([each.pitch, zero + each.slope, zero + each.form])

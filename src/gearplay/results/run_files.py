@@ -153,7 +153,7 @@ def read_motions(file: Stored, case: Case, source: str) -> list[Trajectory]:
     """
     group, settings = file.subgroup(MOTION), case.run
     ends = settings.transient, settings.transient + settings.duration
-    packed, own = pack(case, span=ends[-1]), case.base is not None and case.base.is_per_member
+    packed, own = pack(case, span=ends[-1]), case.differs_by_member
     members = _members(group)
     statistics = _statistics(file, packed, len(members))
     log = np.split(_log(group, members, packed, ends[-1]), np.cumsum(members[:, CHANGES])[:-1])

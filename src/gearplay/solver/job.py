@@ -78,8 +78,8 @@ class Simulation:
 
     @property
     def differs_by_member(self) -> bool:
-        """Whether each member has a mechanism of its own: one whose housing has a record of its own."""
-        return self.case.base is not None and self.case.base.is_per_member
+        """Whether each member has a mechanism of its own (`Case.differs_by_member`)."""
+        return self.case.differs_by_member
 
     def of_member(self, member: int) -> "Simulation":
         """Return the simulation with the member's own mechanism, or this one where that is common to all."""

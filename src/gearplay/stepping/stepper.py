@@ -101,9 +101,9 @@ class Stepper:
         if threads is not None:
             check_count("threads", threads, 4096)
         self._case = case = load_case(case)
-        if batch > 1 and case.base is not None and case.base.is_per_member:
-            rule = "must be 1 where the housing moves by a random record, which is one member's"
-            raise InputError.of("batch", batch, rule, "Step one member, or remove base")
+        if batch > 1 and case.differs_by_member:
+            rule = "must be 1 where members differ: by a random record of the housing, or by teeth drawn within a class"
+            raise InputError.of("batch", batch, rule, "Step one member, or remove base or quality")
         self._packed = packed = pack(case)
         self._inputs = find_inputs(case, packed, inputs)
         columns, places = find_outputs(packed, outputs)
