@@ -1,7 +1,7 @@
 """Random pairs of gears with pairs of teeth against a plain simulation in absolute coordinates, written apart from the package.
 
-Complex numbers for the plane, every tooth of both gears at its absolute place; flanks by their base circles, corners by the points
-of the tips; SciPy's DOP853 in steps too short for its error estimate to matter.
+Complex numbers for the plane, every tooth of both gears at its absolute place; flanks by their base circles, corners by points of
+the tips; SciPy's DOP853 in steps too short for its error estimate to matter.
 """
 
 import math
@@ -119,7 +119,7 @@ class Plain:
     def touch(
         self, zeta_1: float, zeta_2: float, rho: Floats, distance: float, alpha: float, s: float
     ) -> tuple[float, float, complex] | None:
-        """Return overlap, angle of the normal's tangent point and the point from the first centre, seen along the line of centres."""
+        """Return overlap, angle of the normal's tangent point, and the point from the first centre along the line of centres."""
         beyond_2 = rho[1] < self.length[1] if self.ring else rho[1] > self.length[1]
         at_tip = np.tan(np.arccos(self.base / self.tip)) - np.arccos(self.base / self.tip)
         if beyond_2:
