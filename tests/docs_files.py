@@ -76,9 +76,11 @@ def make_my_rig(path: Path) -> None:
     path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
 
 
-def make_wind_stage(path: Path) -> None:
+def make_drawn_gears(path: Path) -> None:
+    """Write the wind stage, or the pair with pairs of teeth, of the page on gears as drawn."""
     text = (ROOT / "docs" / "teeth.md").read_text(encoding="utf-8")
-    path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
+    wind, pairs, _ = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    path.write_text(pairs if path.stem == "pairs" else wind, encoding="utf-8")
 
 
 def make_backlash_map(path: Path) -> None:
@@ -122,7 +124,8 @@ FILES: dict[str, Callable[[Path], None]] = {
     "my-case.toml": make_case,
     "rig.toml": make_rig,
     "my-rig.toml": make_my_rig,
-    "wind-stage.toml": make_wind_stage,
+    "pairs.toml": make_drawn_gears,
+    "wind-stage.toml": make_drawn_gears,
     "motor.mat": make_motor,
     "gearbox.h5": make_gearbox,
     "gearbox-new.h5": make_new_gearbox,

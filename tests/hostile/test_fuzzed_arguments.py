@@ -91,6 +91,7 @@ def valid(folder: Path) -> dict[str, dict[str, Any]]:
         "load_case": {"source": "han2021", "overrides": ["run.seed=3"]},
         "load_plan": {"source": PLAN},
         "load_sharing": {"source": "planetary-reducer"},
+        "describing_function": {"case": pressed, "at": "output", "hold": "input", "torque": 5.0},
         "lost_motion": {"case": pressed, "at": "output", "hold": "input", "torque": 5.0},
         "lyapunov": {"case": pair, "count": 1, "duration": 0.5, "transient": 0.1},
         "make_dataset": {
