@@ -276,6 +276,7 @@ def test_sharing__at_rest(
     assert part[:2] == pytest.approx([largest, second], abs=max(rel, 2e-6))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("force", "with_relief", "without"),
     [(500.0, 1.803375, 1.700907), (2000.0, 6.863305, 6.755947), (8000.0, 26.664868, 26.787499)],
