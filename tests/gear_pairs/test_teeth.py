@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from docs_files import make_wind_stage
+from docs_files import make_drawn_gears
 from gearplay.cli.main import run
 from gearplay.model import geometry
 from gearplay.model.mesh_stiffness import pack_stiffness
@@ -18,7 +18,7 @@ from gearplay.model.mesh_stiffness import pack_stiffness
 @pytest.fixture
 def stage(tmp_path: Path) -> Path:
     path = tmp_path / "wind-stage.toml"
-    make_wind_stage(path)
+    make_drawn_gears(path)
     return path
 
 
