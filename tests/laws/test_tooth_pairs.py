@@ -202,9 +202,8 @@ def test_gaps__are_distances_of_the_outlines(measured: Measured) -> None:
     """50 random pairs: corners before and after the path against the distance of the tip's point from the other flank."""
     worst, corners = 0.0, 0
     for seed in range(sized(50, 12)):
-        rng = np.random.default_rng([31, seed])
-        packed = pack(case_of(random_pair(rng)))
-        pair = pair_of(case_of(random_pair(np.random.default_rng([31, seed]))), 0)
+        case = case_of(random_pair(np.random.default_rng([31, seed])))
+        packed, pair = pack(case), pair_of(case, 0)
         first, second, pitch = pair.first, pair.second, pair.first.base_pitch
         for at in (-0.25, -0.1, -0.02, 0.3, 0.7, 1.02, 1.1, 1.25):
             place = pair.path.start + at * pair.path.length if 0.0 < at < 1.0 else (

@@ -135,7 +135,7 @@ class Case(Part):
     rotors, sleeves, supports, bearings
         By name; a sleeve, a support or a bearing by the name of the rotor that it holds.
     faults
-        Dents of bearings.
+        Of gears and of bearings.
     base, environment
         Motion of the housing; temperatures.
     meshes, couplings

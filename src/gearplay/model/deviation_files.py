@@ -1,28 +1,10 @@
 """Measured deviations of teeth in separate files."""
 
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from gearplay.model.toml_files import read_text
-from gearplay.parts.planetary.names import MEMBERS
+from gearplay.model.toml_files import lines_of
 from gearplay.vocabulary.errors import NO_VALUE, InputError, shorten
-
-
-def raw_gears(document: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the raw tables of a case that may be gears, with their paths."""
-    rotors, sets = document.get("rotors"), document.get("planetary")
-    for name, rotor in rotors.items() if isinstance(rotors, Mapping) else ():
-        if isinstance(rotor, dict):
-            yield f"rotors.{name}", rotor
-            gears = rotor.get("gears")
-            for gear, each in gears.items() if isinstance(gears, Mapping) else ():
-                if isinstance(each, dict):
-                    yield f"rotors.{name}.gears.{gear}", each
-    for name, given in sets.items() if isinstance(sets, Mapping) else ():
-        for member in MEMBERS:
-            if isinstance(given, Mapping) and isinstance(each := given.get(member), dict):
-                yield f"planetary.{name}.{member}", each
 
 
 def fill_deviations(given: dict[str, Any], path: str, folder: Path) -> None:
@@ -43,12 +25,9 @@ def fill_deviations(given: dict[str, Any], path: str, folder: Path) -> None:
 
 
 def _numbers(at: str, path: Path, columns: int) -> list[list[float]]:
-    """Return the rows of a text file of so many columns, apart by commas, semicolons, tabs or blanks; heads may be first."""
+    """Return the rows of a text file of so many columns; a line of heads may be first."""
     rows: list[list[float]] = []
-    for number, line in enumerate(read_text(path, what=at).splitlines(), start=1):
-        words = line.replace(",", " ").replace(";", " ").split()
-        if not words or words[0].startswith("#"):
-            continue
+    for number, words in lines_of(at, path):
         try:
             row = [float(word) for word in words]
         except ValueError:

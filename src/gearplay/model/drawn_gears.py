@@ -218,14 +218,19 @@ def _tooth_fault_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> It
                     yield Fault(f"faults.{index}.depth", f"{1e3 * fault.depth:.6g} mm", rule, cure)
 
 
-def tooth_faults(case: Case, name: str) -> list[tuple[int, Any]]:
-    """Return the faults of the teeth of a gear with their places in the case; without eccentricity, which every mesh has."""
+def gear_faults(case: Case, name: str) -> list[tuple[int, Any]]:
+    """Return the faults of a gear with their places in the case."""
     full = geometry.full_name(case, name)
     return [
         (index, fault)
         for index, fault in enumerate(case.faults)
-        if isinstance(fault, GearFault) and fault.needs_pairs and geometry.full_name(case, fault.at) == full
+        if isinstance(fault, GearFault) and geometry.full_name(case, fault.at) == full
     ]
+
+
+def tooth_faults(case: Case, name: str) -> list[tuple[int, Any]]:
+    """Return the faults of the teeth of a gear with their places in the case; without eccentricity, which every mesh has."""
+    return [(index, fault) for index, fault in gear_faults(case, name) if fault.needs_pairs]
 
 
 def _lost_faults(case: Case) -> Iterator[Fault]:

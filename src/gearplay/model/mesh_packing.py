@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model import geometry
+from gearplay.model.drawn_gears import gear_faults
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
 from gearplay.model.pair_packing import pack_pairs
 from gearplay.model.tooth_places import tooth_places
@@ -66,12 +67,8 @@ def _mesh_kind(case: "Case") -> int:
 
 def _runout(case: "Case", name: str) -> tuple[float, float]:
     """Return eccentricity [m] and direction [rad] of a gear's toothing, faults included."""
-    given, full = geometry.gear_of(case, name).runout, geometry.full_name(case, name)
-    faults = [
-        fault
-        for fault in case.faults
-        if isinstance(fault, EccentricityFault) and geometry.full_name(case, fault.at) == full
-    ]
+    given = geometry.gear_of(case, name).runout
+    faults = [fault for _, fault in gear_faults(case, name) if isinstance(fault, EccentricityFault)]
     if not faults:
         return given.amplitude, given.phase
     each = [(given.amplitude, given.phase), *((fault.amount, fault.phase) for fault in faults)]

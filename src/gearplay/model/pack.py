@@ -161,8 +161,8 @@ def pack(
     assembly = Assembly(len(rotors))
     set_points = SetPoints()
     _pack_servos(case, assembly, rotors, set_points)
-    packing = Packing(assembly, case.rotors, rotors, centres, case.formulation == "as_published")
-    packing.faults = case.faults
+    printed = case.formulation == "as_published"
+    packing = Packing(assembly, case.rotors, rotors, centres, printed, faults=case.faults)
     _pack_holders(case, packing, range(MESH))
     terms, spline, involutes = pack_meshes(
         case, assembly, rotors, centres, moving, damping_depths(turning), member

@@ -15,7 +15,7 @@ from gearplay.parts.mesh.pairs import observed
 from gearplay.parts.mesh.pairs.record import MOST, SPARE
 from gearplay.toothing.gear import DrawnGear, inv
 from gearplay.toothing.pair import GearPair
-from gearplay.toothing.path_stiffness import PathStiffness
+from gearplay.toothing.path_stiffness import THIRDS, PathStiffness, cubics
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,21 +23,11 @@ if TYPE_CHECKING:
     from gearplay.parts.rotor.gear import Gear
     from gearplay.parts.rotor.schema import Rotor
 
-Floats = NDArray[np.float64]
 
-
-def has_pairs(case: "Case", j: int) -> bool:
-    """Return whether mesh j has contacts of single pairs of teeth."""
-    return case.meshes[j].contact == "pairs"
-
-
-def pair_contacts(case: "Case", j: int) -> int:
-    """Return how many slots each flank of mesh j has for pairs of teeth, 0 without them."""
-    if not has_pairs(case, j):
-        return 0
-    reach = stiffness_over_path(case, j).reach
-    pair = geometry.pair_of(case, j)
-    slots = math.ceil((reach[1] - reach[0]) / pair.first.base_pitch) + SPARE
+def _slots(j: int, found: PathStiffness) -> int:
+    """Return how many slots each flank of mesh j has for pairs of teeth."""
+    low, high = found.reach
+    slots = math.ceil((high - low) / found.pair.first.base_pitch) + SPARE
     if slots > MOST:
         rule = f"must be mesh where more than {MOST - SPARE} pairs of teeth are in contact at once"
         raise InputError.of(f"meshes.{j}.contact", "pairs", rule, 'Take contact = "mesh"')
@@ -56,7 +46,7 @@ def _pack_gear(
         "teeth": float(gear.teeth),
         "relief": relief.amount if relief is not None else 0.0,
         "relief_length": relief.length if relief is not None else 1.0,
-        "relief_power": 2.0 if relief is not None and relief.shape == "parabolic" else 1.0,
+        "relief_power": relief.power if relief is not None else 1.0,
         "low": ends[0],
         "high": ends[1],
         "toothing": -1,
@@ -68,7 +58,7 @@ def _pack_gear(
 
 
 def _half_angles(case: "Case", j: int, pair: GearPair) -> tuple[float, float]:
-    """Return the half angles of both gears at their base circles [rad]; what is left to the backlash is taken from both alike."""
+    """Return the half angles of both gears at their base circles [rad]; a backlash that is given thins both alike."""
     thinner = 0.25 * (geometry.working_backlash(case, j) - pair.backlash)
     first = pair.first.half_angle - thinner / pair.first.base_radius
     second = pair.second.half_angle - pair.second.sign * thinner / pair.second.base_radius
@@ -89,11 +79,11 @@ def pack_pairs(
     ``numbers`` are those of driver's and driven tooth at the line of centres where nothing has turned; ``member`` decides, with
     the seed of the run, what is drawn.
     """
-    slots = pair_contacts(case, j)
-    m.pairs = slots
-    if slots == 0:
+    mesh = case.meshes[j]
+    if mesh.contact != "pairs":
         return
-    mesh, found = case.meshes[j], stiffness_over_path(case, j)
+    found = stiffness_over_path(case, j)
+    m.pairs = _slots(j, found)
     pair, working = found.pair, geometry.pair_of(case, j)
     path, line = pair.path, pair.base_tangent
     m.ring_drives = int(mesh.driver == geometry.ring_of(case, mesh))
@@ -116,9 +106,8 @@ def pack_pairs(
         given, width = geometry.gear_of(case, name), abs(ends[k][1] - ends[k][0])
         _pack_gear(m, ending, gear, given, ends[k], numbers[k])
         if (relief := given.tip_relief) is not None:
-            power = 2.0 if relief.shape == "parabolic" else 1.0
-            slope += power * relief.amount / relief.length
-            bend += (power - 1.0) * 2.0 * relief.amount / relief.length**2
+            slope += relief.power * relief.amount / relief.length
+            bend += (relief.power - 1.0) * 2.0 * relief.amount / relief.length**2
         rows = tooth_rows(case, name, found, k, member)
         if rows is not None:
             setattr(m, f"toothing_{ending}", len(terms))
@@ -128,39 +117,34 @@ def pack_pairs(
             slope += steepest / width
             bend += most_curved / width**2
     m.deviation_slope, m.deviation_curvature = slope, bend
-    rows, m.stiffest = pair_table(found)
-    m.stiffness_start, m.stiffness_count = len(spline), len(rows)
-    spline.extend(rows.tolist())
+    table = single_table(found)
+    m.stiffest = float(np.max(found.held(np.linspace(low, high, 401))))
+    m.stiffness_start, m.stiffness_count = len(spline), len(table)
+    spline.extend(table.tolist())
 
 
 NODES = 32
 """Pieces of the path of contact over which stiffness that is no polynomial is interpolated."""
 
 
-def pair_table(found: PathStiffness) -> tuple[Floats, float]:
-    """Return the stiffness of one pair of teeth over its place [m], rows (start, c0..c3), the last its end; and the largest.
+def single_table(found: PathStiffness) -> NDArray[np.float64]:
+    """Return the stiffness of one pair of teeth over its place [m] as rows (start, c0..c3), shape [piece + 1, 5]; the last its end.
 
     Of ISO 6336-1 the pieces are exact; of the potential energy shape-preserving cubics.
     """
     low, high = found.reach
-    shift = found.pair.overlap
     if found.method == "potential-energy":
         from scipy.interpolate import PchipInterpolator
 
         knots = np.linspace(low, high, NODES + 1)
-        curve = PchipInterpolator(knots, found.held(knots))
-        rows = np.column_stack([knots[:-1], curve.c[::-1].T])
+        pieces = PchipInterpolator(knots, found.held(knots)).c[::-1].T
     else:
-        path, half = found.pair.path, 0.5 * shift
-        ends = {low, high, path.start + half, path.start - half, path.end - half, path.end + half}
-        knots = np.array(sorted(ends)) if shift > 0.0 else np.array([low, high])
+        path, half = found.pair.path, 0.5 * found.pair.overlap
+        knots = np.unique([low, high, path.start + half, path.end - half] if half > 0.0 else [low, high])
         widths = np.diff(knots)
-        at = knots[:-1, None] + widths[:, None] * np.array([0.0, 1.0, 2.0, 3.0]) / 3.0
-        by_power = np.linalg.inv(np.vander(np.array([0.0, 1.0, 2.0, 3.0]) / 3.0, 4, increasing=True))
-        pieces = found.held(at.ravel()).reshape(at.shape) @ by_power.T / widths[:, None] ** np.arange(4)
-        rows = np.column_stack([knots[:-1], pieces])
-    largest = float(np.max(found.held(np.linspace(low, high, 401))))
-    return np.vstack([rows, [knots[-1], 0.0, 0.0, 0.0, 0.0]]), largest
+        at = knots[:-1, None] + widths[:, None] * THIRDS
+        pieces = cubics(found.held(at.ravel()).reshape(at.shape), widths)
+    return np.vstack([np.column_stack([knots[:-1], pieces]), [knots[-1], 0.0, 0.0, 0.0, 0.0]])
 
 
 def add_pair_signals(assembly: Assembly) -> None:

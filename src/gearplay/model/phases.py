@@ -11,6 +11,7 @@ J. Vib. Acoust. 126 (2004) 68).
 """
 
 import math
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from gearplay.model import geometry
@@ -32,14 +33,7 @@ def starting_phases(case: "Case", centres: dict[str, tuple[float, float]]) -> li
         return [mesh.phase for mesh in case.meshes]
     patterns: dict[str, float] = {}  # z tau of every gear that is reached
     phases = [0.0] * len(case.meshes)
-    left = list(mesh_order(case))
-    while left:
-        names = [
-            (geometry.full_name(case, case.meshes[j].driver), geometry.full_name(case, case.meshes[j].driven))
-            for j in left
-        ]
-        at = next((k for k, pair in enumerate(names) if patterns.keys() & set(pair)), 0)
-        j, (driver, driven) = left.pop(at), names[at]
+    for j, driver, driven in meshes_in_turn(case, patterns):
         z_1, z_2 = geometry.teeth_of(case, driver), geometry.teeth_of(case, driven)
         seen_1, seen_2 = directions(case, j, centres)
         mirrored = -1.0 if geometry.ring_of(case, case.meshes[j]) is None else 1.0
@@ -50,6 +44,21 @@ def starting_phases(case: "Case", centres: dict[str, tuple[float, float]]) -> li
         phases[j] = patterns[driver] - z_1 * seen_1
         patterns.setdefault(driven, mirrored * phases[j] + z_2 * (seen_2 + math.pi))
     return [within_half_a_turn(psi) + mesh.phase for psi, mesh in zip(phases, case.meshes, strict=True)]
+
+
+def meshes_in_turn(case: "Case", reached: Mapping[str, float]) -> Iterator[tuple[int, str, str]]:
+    """Yield every mesh with the full names of its driver and driven gear, those first of which a gear is among the ``reached``.
+
+    The caller adds the gears of each mesh before it asks for the next.
+    """
+    left = list(mesh_order(case))
+    while left:
+        names = [
+            (geometry.full_name(case, case.meshes[j].driver), geometry.full_name(case, case.meshes[j].driven))
+            for j in left
+        ]
+        at = next((k for k, pair in enumerate(names) if reached.keys() & set(pair)), 0)
+        yield left.pop(at), *names[at]
 
 
 def directions(case: "Case", j: int, centres: dict[str, tuple[float, float]]) -> tuple[float, float]:

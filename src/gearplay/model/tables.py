@@ -7,8 +7,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
-from gearplay.model.deviation_files import fill_deviations, raw_gears
-from gearplay.model.toml_files import read_text
+from gearplay.model.deviation_files import fill_deviations
+from gearplay.model.toml_files import lines_of
 from gearplay.parts.planetary.names import MEMBERS
 from gearplay.vocabulary.errors import InputError, shorten
 
@@ -74,10 +74,16 @@ def with_tables(document: dict[str, Any], folder: Path) -> dict[str, Any]:
         place = _place(document, way)
         if isinstance(place, dict) and "file" in place:
             _fill(place, ".".join(way), folder)
-    for path, gear in raw_gears(document):
-        if isinstance(given := gear.get("deviations"), dict):
-            fill_deviations(given, f"{path}.deviations", folder)
     for body in bodies:
+        gears = _place(document, (*body, "gears"))
+        toothings = [
+            body,
+            *((*body, "gears", str(name)) for name in (gears if isinstance(gears, dict) else ())),
+        ]
+        for toothing in toothings:
+            given = _place(document, (*toothing, "deviations"))
+            if isinstance(given, dict):
+                fill_deviations(given, ".".join((*toothing, "deviations")), folder)
         drive = _place(document, (*body, "drive"))
         if isinstance(drive, dict):
             _set_over_time(drive, ".".join((*body, "drive")), folder)
@@ -134,13 +140,10 @@ def _fill(given: dict[str, Any], path: str, folder: Path) -> None:
 
 
 def _columns(at: str, path: Path) -> tuple[list[float], list[float]]:
-    """Return the two columns of a text file, apart by commas, semicolons, tabs or blanks; a line of heads may be first."""
+    """Return the two columns of a text file; a line of heads may be first."""
     times: list[float] = []
     values: list[float] = []
-    for number, line in enumerate(read_text(path, what=at).splitlines(), start=1):
-        words = line.replace(",", " ").replace(";", " ").split()
-        if not words or words[0].startswith("#"):
-            continue
+    for number, words in lines_of(at, path):
         try:
             time, value = (float(word) for word in words)
         except ValueError:

@@ -10,7 +10,7 @@ import json
 import re
 import stat
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -63,6 +63,14 @@ def read_text(path: Path, *, what: str = "case") -> str:
     except UnicodeDecodeError as error:
         rule = f"must be UTF-8 text, but byte {error.start} is not"
         raise InputError.of(what, where, rule, "Save the file as UTF-8") from None
+
+
+def lines_of(at: str, path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and the words of each line of a text file but comments; apart by commas, semicolons, tabs or blanks."""
+    for number, line in enumerate(read_text(path, what=at).splitlines(), start=1):
+        words = line.replace(",", " ").replace(";", " ").split()
+        if words and not words[0].startswith("#"):
+            yield number, words
 
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:

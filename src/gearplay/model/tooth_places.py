@@ -9,8 +9,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from gearplay.model import geometry
-from gearplay.model.phases import directions, starting_phases, within_half_a_turn
-from gearplay.model.traversal import mesh_order
+from gearplay.model.phases import directions, meshes_in_turn, starting_phases, within_half_a_turn
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -33,14 +32,7 @@ def tooth_places(case: "Case", centres: dict[str, tuple[float, float]], senses: 
     if all(mesh.contact == "mesh" for mesh in case.meshes):
         return ToothPlaces(phases, numbers)
     teeth: dict[str, float] = {}  # angle [rad] of tooth 0 of every gear that is reached
-    left = list(mesh_order(case))
-    while left:
-        names = [
-            (geometry.full_name(case, case.meshes[j].driver), geometry.full_name(case, case.meshes[j].driven))
-            for j in left
-        ]
-        at = next((k for k, pair in enumerate(names) if teeth.keys() & set(pair)), 0)
-        j, (driver, driven) = left.pop(at), names[at]
+    for j, driver, driven in meshes_in_turn(case, teeth):
         mesh = case.meshes[j]
         z_1, z_2 = geometry.teeth_of(case, driver), geometry.teeth_of(case, driven)
         seen_1, seen_2 = directions(case, j, centres)

@@ -44,10 +44,8 @@ def tooth_rows(case: "Case", name: str, stiffness: PathStiffness, which: int, me
 
     """
     gear = (stiffness.pair.first, stiffness.pair.second)[which]
-    deviating, broken = (
-        _deviation_rows(case, name, gear, member),
-        [fault for _, fault in tooth_faults(case, name)],
-    )
+    deviating = _deviation_rows(case, name, gear, member)
+    broken = [fault for _, fault in tooth_faults(case, name)]
     if not broken:
         return deviating
     rows = np.tile(np.reshape(WHOLE, (WITH_FAULTS, 3)), (gear.teeth, 2, 1, 1))

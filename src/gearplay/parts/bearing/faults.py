@@ -1,6 +1,7 @@
 """Faults of rolling bearings: dents of a ring or of an element."""
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -50,8 +51,9 @@ class Dent(PartFault):
         """Return the angle on its part between two passages [rad]."""
         return float(2.0 * math.pi / bearing.elements)
 
+    @abstractmethod
     def _place(self, bearing: Any) -> int:
-        raise NotImplementedError
+        """Return the ring, `RING_A` or `RING_B`, or the number of the element."""
 
     def _motion(self, bearing: Any) -> tuple[float, float]:
         """Return the rate of its angle by the relative rotation of the rings, and the angle at rotation 0 [rad]."""

@@ -36,6 +36,11 @@ class TipRelief(Part):
         "linear"
     )
 
+    @property
+    def power(self) -> float:
+        """Power of the way from the start of the relief with which it rises."""
+        return 2.0 if self.shape == "parabolic" else 1.0
+
 
 class ToothDeviations(Part):
     """Measured deviations, one item a tooth: number 0 first, then counter-clockwise.
