@@ -15,7 +15,7 @@ from gearplay.parts.mesh.pairs import observed
 from gearplay.parts.mesh.pairs.record import MOST, SPARE
 from gearplay.toothing.gear import DrawnGear, inv
 from gearplay.toothing.pair import GearPair
-from gearplay.toothing.path_stiffness import THIRDS, PathStiffness, cubics
+from gearplay.toothing.path_stiffness import PathStiffness, cubic_places, cubics
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ NODES = 32
 
 
 def single_table(found: PathStiffness) -> NDArray[np.float64]:
-    """Return the stiffness of one pair of teeth over its place [m] as rows (start, c0..c3), shape [piece + 1, 5]; the last its end.
+    """Return the stiffness of one pair of teeth over its place [m] as rows (start, c0..c3), [piece + 1, 5]; the last its end.
 
     Of ISO 6336-1 the pieces are exact; of the potential energy shape-preserving cubics.
     """
@@ -142,7 +142,7 @@ def single_table(found: PathStiffness) -> NDArray[np.float64]:
         path, half = found.pair.path, 0.5 * found.pair.overlap
         knots = np.unique([low, high, path.start + half, path.end - half] if half > 0.0 else [low, high])
         widths = np.diff(knots)
-        at = knots[:-1, None] + widths[:, None] * THIRDS
+        at = cubic_places(knots[:-1], widths)
         pieces = cubics(found.held(at.ravel()).reshape(at.shape), widths)
     return np.vstack([np.column_stack([knots[:-1], pieces]), [knots[-1], 0.0, 0.0, 0.0, 0.0]])
 

@@ -157,20 +157,24 @@ class PathStiffness:
         ]
         left = np.array(kept)
         widths = np.diff(np.append(left, left[0] + 1.0))
-        at = left[:, None] + widths[:, None] * THIRDS
+        at = cubic_places(left, widths)
         values = self._sum(self._ramped, at.ravel()).reshape(at.shape)
         values[:, 3] = np.roll(values[:, 0], -1)
         return np.column_stack([2.0 * np.pi * left, cubics(values, 2.0 * np.pi * widths)])
 
 
-THIRDS: Final = np.array([0.0, 1.0, 2.0, 3.0]) / 3.0
-"""Places in a piece that determine its cubic, as parts of its width."""
+FOUR: Final = np.array([0.0, 1.0, 2.0, 3.0])
+
+
+def cubic_places(starts: Floats, widths: Floats) -> Floats:
+    """Return the four places at which `cubics` takes the values of pieces, ends and thirds, shape [piece, 4]."""
+    return starts[:, None] + widths[:, None] * FOUR / 3.0
 
 
 def cubics(values: Floats, widths: Floats) -> Floats:
-    """Return c0 to c3 of the cubics through values at `THIRDS` of pieces of these widths, shape [piece, 4]."""
-    by_power = np.linalg.inv(np.vander(THIRDS, 4, increasing=True))
-    return values @ by_power.T / widths[:, None] ** np.arange(4)
+    """Return c0 to c3 of the cubics through values at `cubic_places` of pieces of these widths, shape [piece, 4]."""
+    by_power = np.linalg.inv(np.vander(FOUR / 3.0, 4, increasing=True))
+    return np.asarray(values @ by_power.T / widths[:, None] ** np.arange(4))
 
 
 def _step(x: Floats) -> Floats:

@@ -11,6 +11,7 @@ order is one more state in both.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -173,6 +174,17 @@ def counted(angle: float, resolution: float) -> float:
     return resolution * math.floor(angle / resolution + 0.5) if resolution > 0.0 else angle
 
 
+@compiled_inline
+def _hold(each: Any, torque: float, y: Floats) -> None:
+    """Put a sample's torque [N m], or its change, among the states ``y``: held, or waiting for its delay after the one before."""
+    if each.delay > 0.0:
+        if each.delay >= each.sample_time:
+            y[each.state + HELD] = y[each.state + each.waiting]
+        y[each.state + each.waiting] = torque
+    else:
+        y[each.state + HELD] = torque
+
+
 @compiled_once
 def take_sample(system: System, n: int, t: float, y: Floats, branch: Branch) -> None:
     """Let servo n take its next sample at (t, y): set its torque, or the one that waits, and its integral in ``y``."""
@@ -193,12 +205,7 @@ def take_sample(system: System, n: int, t: float, y: Floats, branch: Branch) -> 
     wanted = _demand(system, n, e, y[each.state], omega)
     torque = min(max(wanted, -each.limit), each.limit)
     y[each.state] += each.sample_time * _integral_rate(system, n, e, omega, torque - wanted)
-    if each.delay > 0.0:
-        if each.delay >= each.sample_time:
-            y[each.state + HELD] = y[each.state + each.waiting]
-        y[each.state + each.waiting] = torque
-    else:
-        y[each.state + HELD] = torque
+    _hold(each, torque, y)
     memory[SAMPLES] += 1.0
     memory[LIMITED] = 1.0 if torque != wanted else 0.0
 
@@ -328,12 +335,7 @@ def carry_sample(system: System, n: int, before: Rows, branch: Branch, z: Floats
     wanted = _demand(system, n, e, z[each.state], omega)
     torque = wanted if memory[LIMITED] == 0.0 else 0.0
     z[each.state] += each.sample_time * _integral_rate(system, n, e, omega, torque - wanted)
-    if each.delay > 0.0:
-        if each.delay >= each.sample_time:
-            z[each.state + HELD] = z[each.state + each.waiting]
-        z[each.state + each.waiting] = torque
-    else:
-        z[each.state + HELD] = torque
+    _hold(each, torque, z)
 
 
 @compiled_once

@@ -19,6 +19,7 @@ from gearplay.kernels.layout import (
     System,
 )
 from gearplay.kernels.sample_block import place_rotor
+from gearplay.parts.mesh.centre_bounds import centre_bounds, pull_of_centres
 from gearplay.parts.mesh.flank import flank_force
 from gearplay.parts.mesh.geometry import (
     ARM_A_X,
@@ -166,7 +167,6 @@ def stay_open(
     if mesh.frame >= 0:
         _, alpha_f, spin_f = rotor_bounds(system, mesh.frame, t, y, branch)
         psi_curvature += mesh.z_driver * alpha_f
-    ecc_a, ecc_b = mesh.runout_a, mesh.runout_b
     roll = abs(mesh.rho_a) * alpha_a + abs(mesh.rho_b) * alpha_b
     rho = abs(mesh.rho_a + mesh.rho_b)
     speed, approach = math.sqrt(out[SPEED_SQUARED]), abs(out[DISTANCE_RATE])
@@ -174,18 +174,8 @@ def stay_open(
     slack = RESOLUTION * system.contacts[mesh.contact].natural
     over, best = longest, 0.0
     for _ in range(60):
-        spin_a_most, spin_b_most = spin_a + alpha_a * over, spin_b + alpha_b * over
-        pull = (
-            a_a
-            + a_b
-            + ecc_a * (spin_a_most * spin_a_most + alpha_a)
-            + ecc_b * (spin_b_most * spin_b_most + alpha_b)
-        )
-        fastest = speed + pull * over
-        # |A'| <= |A'(0)| + |A''| tau with |A''| <= pull + v^2 / A
-        distance_curvature = pull + 2.0 * fastest * fastest / A
-        fastest_approach = min(fastest, approach + distance_curvature * over)
-        way = (approach + 0.5 * distance_curvature * over) * over
+        pull = pull_of_centres(mesh, a_a + a_b, alpha_a, spin_a, alpha_b, spin_b, over)
+        fastest, distance_curvature, fastest_approach, way = centre_bounds(pull, speed, approach, A, over)
         if way > room:
             over *= max(0.1, 0.5 * room / way)
             continue

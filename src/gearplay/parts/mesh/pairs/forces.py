@@ -1,7 +1,6 @@
 """Forces of the pairs of teeth of a mesh, their powers, and the time for which they stay apart in free motion.
 
-F_j = K_j p_j + C_j dp_j/dt of each pair, cut at zero; generalised forces are -F_j dp_j/dq, deviations aside (docs/theory, section
-4).
+F_j = K_j p_j + C_j dp_j/dt of each pair, cut at zero; generalised forces are -F_j dp_j/dq, deviations aside (docs/teeth).
 """
 
 import math
@@ -22,6 +21,7 @@ from gearplay.kernels.layout import (
     Loads,
     System,
 )
+from gearplay.parts.mesh.centre_bounds import centre_bounds, pull_of_centres
 from gearplay.parts.mesh.flank import ON_RAMP, flank_force
 from gearplay.parts.mesh.geometry import (
     ARM_A_X,
@@ -51,6 +51,7 @@ from gearplay.parts.mesh.pairs.overlap import (
     STEEP,
     TIP_OF_1,
     TIP_OF_2,
+    Pair,
     overlap_rate,
     pair_overlap,
     pair_stiffness,
@@ -72,6 +73,16 @@ def fading(mesh: Any, stiffness: float) -> float:
     return stiffness / mesh.stiffest if mesh.fades == 1 else 1.0
 
 
+@compiled_inline
+def pair_force(
+    mesh: Any, system: System, flank: int, pair: Pair, rate: float
+) -> tuple[float, float, float, float, float]:
+    """Return the force K p + C dp/dt [N] of a pair and its margin, its stiffness [N/m] and the slopes by both places."""
+    stiffness, k_1, k_2 = pair_stiffness(mesh, system, flank, pair)
+    force, margin = flank_force(mesh, stiffness, pair.p, fading(mesh, stiffness) * rate, ON_RAMP, 0)
+    return force, margin, stiffness, k_1, k_2
+
+
 @compiled_once
 def press_pairs(system: System, n: int, branch: Branch, loads: Loads) -> None:
     """Fill mesh n's rows of the contact table and the sums over its pairs, `mesh_geometry` in the scratch."""
@@ -89,8 +100,7 @@ def press_pairs(system: System, n: int, branch: Branch, loads: Loads) -> None:
             contacts[k, MARGIN], contacts[k, FORCE] = 1.0, 0.0
             if pair.touching != AWAY:
                 p = pair.p
-                stiffness, k_1, k_2 = pair_stiffness(mesh, system, flank, pair)
-                force, margin = flank_force(mesh, stiffness, p, fading(mesh, stiffness) * rate, ON_RAMP, 0)
+                force, margin, stiffness, k_1, k_2 = pair_force(mesh, system, flank, pair, rate)
                 contacts[k, MARGIN] = margin
                 if modes[k] == LOADED:
                     contacts[k, FORCE] = force
@@ -142,16 +152,17 @@ def deepest_overlaps(system: System, n: int, out: Floats) -> tuple[float, float]
 def pairs_stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
 ) -> tuple[int, float]:
-    """Return what the gaps of mesh n's pairs do, and for how long [s] all surely stay open; `mesh_geometry` is in the scratch.
+    """Return the state of the gaps of mesh n's pairs, and a time [s] for which all provably stay open.
+
+    `mesh_geometry` has filled the scratch.
 
     Each overlap follows p(A, a_1, a_2), whose slopes are continuous: p'' is bounded by the bounds of the accelerations and the
     second derivatives of p. The involutes' overlap bounds that of a pair from above where its tip leaves or enters the path. A
     pair that is away comes no nearer than a quarter of a base pitch in the time considered.
     """
     mesh = system.records[MESH][n]
-    a_a, alpha_a, _ = rotor_bounds(system, mesh.a, t, y, branch)
-    a_b, alpha_b, _ = rotor_bounds(system, mesh.b, t, y, branch)
-    pull_0, ecc_a, ecc_b = a_a + a_b, mesh.runout_a, mesh.runout_b
+    a_a, alpha_a, spin_a = rotor_bounds(system, mesh.a, t, y, branch)
+    a_b, alpha_b, spin_b = rotor_bounds(system, mesh.b, t, y, branch)
     alpha_1, alpha_2 = (alpha_b, alpha_a) if mesh.s > 0.0 else (alpha_a, alpha_b)
     psi_curvature = mesh.z_driver * (alpha_a if mesh.driver == mesh.a else alpha_b)
     if mesh.frame >= 0:
@@ -160,23 +171,16 @@ def pairs_stay_open(
     A, c0 = out[DISTANCE], mesh.c0
     speed, approach = math.sqrt(out[SPEED_SQUARED]), abs(out[DISTANCE_RATE])
     turn_1, turn_2 = abs(out[SPIN_1] - out[PHI_RATE]), abs(out[SPIN_2] - out[PHI_RATE])
-    spin_1, spin_2 = abs(out[SPIN_1]), abs(out[SPIN_2])
-    spin_a, spin_b = (spin_2, spin_1) if mesh.s > 0.0 else (spin_1, spin_2)
     room = max(0.5 * min(A - mesh.A_min, mesh.A_max - A), 1e-9)
     slack = RESOLUTION * system.contacts[mesh.contact].natural
     over, best, looked = longest, 0.0, 0
     for _ in range(40):
-        spin_a_most, spin_b_most = spin_a + alpha_a * over, spin_b + alpha_b * over
-        pull = pull_0 + ecc_a * (spin_a_most * spin_a_most + alpha_a)
-        pull += ecc_b * (spin_b_most * spin_b_most + alpha_b)
-        fastest = speed + pull * over
-        distance_curvature = pull + 2.0 * fastest * fastest / A
-        way = (approach + 0.5 * distance_curvature * over) * over
+        pull = pull_of_centres(mesh, a_a + a_b, alpha_a, spin_a, alpha_b, spin_b, over)
+        fastest, distance_curvature, approach_most, way = centre_bounds(pull, speed, approach, A, over)
         if way > room:
             over *= max(0.1, 0.5 * room / way)
             continue
         nearest, farthest = max(A - way, c0), A + way
-        approach_most = min(fastest, approach + distance_curvature * over)
         swing = (pull + 2.0 * approach_most * fastest / nearest) / nearest  # |phi''|
         most_1, most_2 = turn_1 + (alpha_1 + swing) * over, turn_2 + (alpha_2 + swing) * over
         sine = math.sqrt(max(nearest * nearest - c0 * c0, 1e-30)) / nearest

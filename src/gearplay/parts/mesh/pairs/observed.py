@@ -11,10 +11,9 @@ from gearplay.kernels.arrays import Floats, Ints, Rows
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import LOADED, OPEN, PLACES, Branch, Loads, Signal, System
-from gearplay.parts.mesh.flank import ON_RAMP, flank_force
 from gearplay.parts.mesh.geometry import MESH, mesh_geometry
-from gearplay.parts.mesh.pairs.forces import fading, first_pair
-from gearplay.parts.mesh.pairs.overlap import AWAY, overlap_rate, pair_overlap, pair_stiffness
+from gearplay.parts.mesh.pairs.forces import first_pair, pair_force
+from gearplay.parts.mesh.pairs.overlap import AWAY, overlap_rate, pair_overlap
 
 KIND = 9
 RECORD = np.dtype([*PLACES, ("mesh", "i8"), ("flank", "i8"), ("slot", "i8")], align=True)
@@ -59,9 +58,7 @@ def _force(system: System, number: int, flank: int, slot: int, modes: Ints, out:
     if modes[first_pair(mesh, flank) + slot] != LOADED or pair.touching == AWAY:
         return 0.0
     rate, _, _, _ = overlap_rate(mesh, out, flank, pair)
-    stiffness, _, _ = pair_stiffness(mesh, system, flank, pair)
-    force, _ = flank_force(mesh, stiffness, pair.p, fading(mesh, stiffness) * rate, ON_RAMP, 0)
-    return max(force, 0.0)
+    return max(pair_force(mesh, system, flank, pair, rate)[0], 0.0)
 
 
 @compiled_once
@@ -78,8 +75,9 @@ def observe(
     pair = pair_overlap(mesh, system, out, each.flank, each.slot)
     force, total = 0.0, 0.0
     if branch.modes[mesh.contact + each.flank] != OPEN:
-        force = _force(system, each.mesh, each.flank, each.slot, branch.modes, out)
         for slot in range(mesh.pairs):
-            total += _force(system, each.mesh, each.flank, slot, branch.modes, out)
+            one = _force(system, each.mesh, each.flank, slot, branch.modes, out)
+            force = one if slot == each.slot else force
+            total += one
     row[at], row[at + 1] = force, force / total if total > 0.0 else 0.0
     row[at + 2], row[at + 3] = pair.penetration, pair.place

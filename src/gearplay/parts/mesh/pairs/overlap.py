@@ -1,13 +1,12 @@
 """Overlap of one pair of teeth at the actual centres: flank on flank, or a tip's corner on the other flank.
 
-Places rho_1, rho_2 count along the line of action from the base tangent points T1, T2: rho_1 + rho_2 = L - g of an external pair
-and
-rho_2 = rho_1 + L + g of an internal one, L = a sin(alpha_w), g the gap of the involutes. Where a tip would lie beyond its circle,
-its corner P at (R, gamma) about the other gear is the point that would touch: g = r_b (gamma - zeta + inv(alpha_R)), zeta the
-half angle of that flank at its base circle; involutes of one base circle are parallel curves, so that this is the distance, and
-its gradient by P
-the unit normal n = (-sin tau, cos tau), tau = gamma - alpha_R. Along t = (cos tau, sin tau) n turns by t.dP / l, l = R
-sin(alpha_R).
+Places rho_1, rho_2 count along the line of action from the base tangent points T1, T2: rho_1 + rho_2 = L - g of an external pair,
+rho_2 = rho_1 + L + g of an internal one, L = A sin(alpha_w), g the gap of the involutes.
+
+Where a tip would lie beyond its circle, its corner P at (R, gamma) about the other gear is the point that would touch:
+g = r_b (gamma - zeta + inv(alpha_R)), zeta the half angle of that flank at its base circle. Involutes of one base circle are
+parallel curves: this is the distance, its gradient by P the unit normal n = (-sin tau, cos tau), tau = gamma - alpha_R. With
+t = (cos tau, sin tau), n turns by t.dP / l, l = R sin(alpha_R).
 """
 
 import math
@@ -33,7 +32,7 @@ from gearplay.parts.mesh.geometry import (
 
 
 class Pair(NamedTuple):
-    """One pair of teeth at a state: what touches where, and derivatives of its overlap.
+    """One pair of teeth at a state: place, part that touches, derivatives of its overlap.
 
     By the distance A of the centres [m] and the angles a_1, a_2 of both gears against the line of centres, in the flank's sense.
     """
@@ -83,8 +82,7 @@ def sense(mesh: Any, flank: int) -> float:
 def place_of_pair(mesh: Any, out: Floats, flank: int, slot: int, alpha: float) -> tuple[float, int]:
     """Return the place of the pair in a slot on the driver's path [m], and its number; alpha_w [rad].
 
-    A tooth of the driver is on the line of centres where mesh phase and phi are 0, of a ring the middle of a space half a pitch
-    on.
+    Where mesh phase and phi are 0 a tooth of the driver is on the line of centres, the space of a ring half a pitch on.
     """
     teeth, base = mesh.teeth_1, mesh.base_1
     offset = 0.0
@@ -115,9 +113,7 @@ def teeth_of_pair(mesh: Any, flank: int, number: int) -> tuple[int, int]:
 def relief(
     amount: float, length: float, power: float, tip: float, toward: float, place: float
 ) -> tuple[float, float, float]:
-    """Return tip relief [m] at a place [m] of a flank's path, its slope and curvature; ``toward`` 1 where the tip is at higher
-    places.
-    """
+    """Return tip relief [m] at a place [m] of a flank's path, its slope and curvature; ``toward`` 1 for a higher tip."""
     if amount == 0.0:
         return 0.0, 0.0, 0.0
     into = toward * (place - tip) / length + 1.0
@@ -139,22 +135,41 @@ def rise(u: float) -> tuple[float, float, float]:
 
 
 @compiled_inline
-def tooth_deviation(
-    system: System, first: int, rows: int, tooth: int, side: int, low: float, high: float, place: float
-) -> tuple[float, float, float]:
-    """Return material missing on one flank of a tooth [m] at a place [m] of its path, its slope and curvature.
+def flank_rows(mesh: Any, flank: int, number: int) -> tuple[int, int]:
+    """Return the first rows of `System.terms` of both flanks of pair ``number``, -1 for a gear of perfect teeth.
 
-    Rows of `System.terms`, two flanks a tooth, clockwise first: pitch, slope, form [m]; with faults also bow [m], start and
-    end of a spall; its depth [m], start and share of a chip; losses of stiffness at the root end, in the middle and at the tip.
-    dev = pitch + slope (x - 1/2) + form sin(pi x) + bow (2 x - 1)^2 + spall, x from 0 at the root end to 1 at the tip.
+    Two flanks a tooth, clockwise first: pitch, slope, form [m]; with faults also bow [m], start and end of a spall; its depth
+    [m], start and share of a chip; losses of stiffness at the root end, in the middle and at the tip.
     """
-    if first < 0:
-        return 0.0, 0.0, 0.0
-    at = first + rows * (2 * tooth + side)
-    row = system.terms[at]
-    x, by = (place - low) / (high - low), 1.0 / (high - low)
+    one, two = teeth_of_pair(mesh, flank, number)
+    ahead = 1 if sense(mesh, flank) > 0.0 else 0
+    side = ahead if mesh.s < 0.0 else 1 - ahead
+    first = mesh.toothing_1 + mesh.rows_1 * (2 * one + ahead) if mesh.toothing_1 >= 0 else -1
+    second = mesh.toothing_2 + mesh.rows_2 * (2 * two + side) if mesh.toothing_2 >= 0 else -1
+    return int(first), int(second)
+
+
+@compiled_inline
+def height_at(low: float, high: float, place: float) -> tuple[float, float]:
+    """Return a place [m] on a flank's path from 0 at its root end to 1 at the tip, held beyond, and its slope [1/m]."""
+    x = (place - low) / (high - low)
     if x <= 0.0 or x >= 1.0:
-        x, by = min(max(x, 0.0), 1.0), 0.0
+        return min(max(x, 0.0), 1.0), 0.0
+    return x, 1.0 / (high - low)
+
+
+@compiled_inline
+def tooth_deviation(
+    system: System, at: int, rows: int, low: float, high: float, place: float
+) -> tuple[float, float, float]:
+    """Return material missing on a flank [m] at a place [m] of its path, its slope and curvature; ``at`` of `flank_rows`.
+
+    dev = pitch + slope (x - 1/2) + form sin(pi x) + bow (2 x - 1)^2 + spall, x of `height_at`.
+    """
+    if at < 0:
+        return 0.0, 0.0, 0.0
+    row = system.terms[at]
+    x, by = height_at(low, high, place)
     angle = math.pi * x
     form = row[2] * math.sin(angle)
     deviation = row[0] + row[1] * (x - 0.5) + form
@@ -178,15 +193,12 @@ def tooth_deviation(
 
 @compiled_inline
 def tooth_kept(
-    system: System, first: int, rows: int, tooth: int, side: int, low: float, high: float, place: float
+    system: System, at: int, rows: int, low: float, high: float, place: float
 ) -> tuple[float, float]:
-    """Return the share of the stiffness that faults of a tooth leave at a place [m] of its path, and its slope [1/m]."""
-    if first < 0 or rows == 1:
+    """Return the share of the stiffness that faults of a flank's tooth leave at a place [m] of its path, and its slope [1/m]."""
+    if at < 0 or rows == 1:
         return 1.0, 0.0
-    at = first + rows * (2 * tooth + side)
-    x, by = (place - low) / (high - low), 1.0 / (high - low)
-    if x <= 0.0 or x >= 1.0:
-        x, by = min(max(x, 0.0), 1.0), 0.0
+    x, by = height_at(low, high, place)
     start, middle, end = system.terms[at + 3, 0], system.terms[at + 3, 1], system.terms[at + 3, 2]
     rising, bend = 4.0 * middle - 3.0 * start - end, 2.0 * (start + end) - 4.0 * middle
     whole, by_whole = 1.0 - start - x * (rising + bend * x), -by * (rising + 2.0 * bend * x)
@@ -204,21 +216,14 @@ def deviations(
     found, by_1, bend_1 = relief(
         mesh.relief_1, mesh.relief_length_1, mesh.relief_power_1, mesh.tip_length_1, 1.0, rho_1
     )
-    toward = -mesh.s
     other, by_2, bend_2 = relief(
-        mesh.relief_2, mesh.relief_length_2, mesh.relief_power_2, mesh.tip_length_2, toward, rho_2
+        mesh.relief_2, mesh.relief_length_2, mesh.relief_power_2, mesh.tip_length_2, -mesh.s, rho_2
     )
     found += other
     if mesh.toothing_1 >= 0 or mesh.toothing_2 >= 0:
-        one, two = teeth_of_pair(mesh, flank, number)
-        ahead = 1 if sense(mesh, flank) > 0.0 else 0
-        of_1, slope_1, curve_1 = tooth_deviation(
-            system, mesh.toothing_1, mesh.rows_1, one, ahead, mesh.low_1, mesh.high_1, rho_1
-        )
-        side = ahead if mesh.s < 0.0 else 1 - ahead
-        of_2, slope_2, curve_2 = tooth_deviation(
-            system, mesh.toothing_2, mesh.rows_2, two, side, mesh.low_2, mesh.high_2, rho_2
-        )
+        at_1, at_2 = flank_rows(mesh, flank, number)
+        of_1, slope_1, curve_1 = tooth_deviation(system, at_1, mesh.rows_1, mesh.low_1, mesh.high_1, rho_1)
+        of_2, slope_2, curve_2 = tooth_deviation(system, at_2, mesh.rows_2, mesh.low_2, mesh.high_2, rho_2)
         found += of_1 + of_2
         by_1, by_2, bend_1, bend_2 = by_1 + slope_1, by_2 + slope_2, bend_1 + curve_1, bend_2 + curve_2
     return found, by_1, by_2, bend_1, bend_2
@@ -246,15 +251,9 @@ def pair_stiffness(mesh: Any, system: System, flank: int, pair: Pair) -> tuple[f
     stiffness, slope = stiffness_at(mesh, system, pair.place)
     by_1, by_2 = (0.0, slope) if mesh.ring_drives == 1 else (slope, 0.0)
     if mesh.rows_1 > 1 or mesh.rows_2 > 1:
-        one, two = teeth_of_pair(mesh, flank, pair.number)
-        ahead = 1 if sense(mesh, flank) > 0.0 else 0
-        side = ahead if mesh.s < 0.0 else 1 - ahead
-        kept_1, slope_1 = tooth_kept(
-            system, mesh.toothing_1, mesh.rows_1, one, ahead, mesh.low_1, mesh.high_1, pair.rho_1
-        )
-        kept_2, slope_2 = tooth_kept(
-            system, mesh.toothing_2, mesh.rows_2, two, side, mesh.low_2, mesh.high_2, pair.rho_2
-        )
+        at_1, at_2 = flank_rows(mesh, flank, pair.number)
+        kept_1, slope_1 = tooth_kept(system, at_1, mesh.rows_1, mesh.low_1, mesh.high_1, pair.rho_1)
+        kept_2, slope_2 = tooth_kept(system, at_2, mesh.rows_2, mesh.low_2, mesh.high_2, pair.rho_2)
         by_1 = by_1 * kept_1 * kept_2 + stiffness * slope_1 * kept_2
         by_2 = by_2 * kept_1 * kept_2 + stiffness * kept_1 * slope_2
         stiffness *= kept_1 * kept_2
@@ -294,7 +293,7 @@ def corner(
 
 @compiled_inline
 def pair_overlap(mesh: Any, system: System, out: Floats, flank: int, slot: int) -> Pair:
-    """Return what one pair of teeth of a flank does, `mesh_gaps` found."""
+    """Return the pair of teeth in a slot of a flank, its mesh's gaps in the scratch (`mesh_gaps`)."""
     s, A = mesh.s, out[DISTANCE]
     L = out[SIN_W] * A
     alpha = L / mesh.c0 - (mesh.inv_alpha0 + out[OPENING] / mesh.c0)

@@ -60,8 +60,7 @@ from gearplay.parts.mesh.tooth_stiffness import harmonic_curvatures, harmonics
 # Columns of a mesh's row of slopes behind those of `gearplay.parts.mesh.slope_columns`: distance of the centres, its rate, rate
 # of the line of centres, d(alpha_w)/dA and its slope by A, slope and curvature of the error of the teeth by the phase;
 S_A, S_A_RATE, S_PHI_RATE, LEAN, LEAN_SLOPE, E_1, E_2 = range(SHARED, SHARED + 7)
-# sums over the pairs; rates of both gears against the line of centres, in the sense of the drive flank; deepest pair of each
-# flank;
+# sums over the pairs; rates of both gears against the line of centres in the drive flank's sense; deepest pair of each flank;
 SUM_A, SUM_1, SUM_2, RATE_1, RATE_2, DEEPEST, DEEPEST_BACK = range(SHARED + 7, SHARED + 14)
 # then for each pair: force, its slopes by overlap, rate and both places, and the fields of `overlap.Pair`.
 PAIRS = SHARED + 14
