@@ -168,7 +168,8 @@ FOUR: Final = np.array([0.0, 1.0, 2.0, 3.0])
 
 def cubic_places(starts: Floats, widths: Floats) -> Floats:
     """Return the four places at which `cubics` takes the values of pieces, ends and thirds, shape [piece, 4]."""
-    return starts[:, None] + widths[:, None] * FOUR / 3.0
+    places: Floats = starts[:, None] + widths[:, None] * FOUR / 3.0
+    return places
 
 
 def cubics(values: Floats, widths: Floats) -> Floats:
