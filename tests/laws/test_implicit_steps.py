@@ -155,7 +155,10 @@ def test_contact_changes_between_them_are_the_explicit_method_s(measured: Measur
     """A chain whose flanks part and meet: quiet steps come and go, every change is there, at its instant."""
     case = gp.load_case("pinion-idler-ring")
     logs, used = [], []
-    for course in (started(case, 0.34, tolerance=1e-9), started(case, 0.34, tolerance=1e-13, patience=NEVER)):
+    for course in (
+        started(case, 0.34, tolerance=1e-10),
+        started(case, 0.34, tolerance=1e-13, patience=NEVER),
+    ):
         course.log.clear()
         numbers, passed = course.run.implicit.numbers, 0
         while course.time < 0.345:
