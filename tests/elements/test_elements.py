@@ -1,5 +1,5 @@
 """What every kind of element must hold, present and future: each test asks all kinds of `gearplay.parts.registry`.
-Meshes with pairs of teeth are a further kind here.
+Meshes with pairs of teeth, and with the envelope over them, are further kinds here.
 
 The file ``test_KIND.py`` beside this one brings random mechanisms with an element of its kind, ``sample(rng)``, with
 ``plain=True`` without what a turn or a mirror would have to carry along; directions of its own that turn with the mechanism,
@@ -37,6 +37,7 @@ from gearplay.solver.flow import Flow
 
 KINDS = {kind.name: number for number, kind in enumerate(registry.KINDS) if number != registry.PAIR}
 KINDS["pairs"] = registry.MESH  # which have the forces that elements of kind pair show
+KINDS["envelope"] = registry.MESH
 KIND_FILES = {kind.name: kind.file for kind in registry.KINDS}
 every_kind = pytest.mark.parametrize("kind", KINDS)
 WITHOUT_CONTACTS = ("servo", "support", "excitation", "base", "positioner")
@@ -204,7 +205,7 @@ def test_no_switch_is_missed_within_a_step(kind: str, measured: Measured) -> Non
     Touches that graze are the many; of what else may return `test_stiffness_edges` makes sure.
     """
     humps, missed = 0, 0
-    for seed in range(sized(3000, {"sleeve": 1000, "pairs": 120}.get(kind, 300))):
+    for seed in range(sized(3000, {"sleeve": 1000, "pairs": 120, "envelope": 120}.get(kind, 300))):
         rng = np.random.default_rng([11, KINDS[kind], seed])
         scene = Scene(own(kind).sample(rng), kind, rng, depth=float(rng.choice([0.02, 0.2, 2.0])))
         run = scene.run(1e-6)
@@ -234,7 +235,7 @@ def test_forces_are_the_gradient_of_their_energy(kind: str, measured: Measured) 
     """Without damping the generalised forces are -dV/dq, V written apart from them."""
     potential = getattr(own(kind), "potential", None)
     if potential is None:
-        assert kind in ("servo", "excitation", "base", "positioner", "pairs"), (
+        assert kind in ("servo", "excitation", "base", "positioner", "pairs", "envelope"), (
             "an element without a potential must say so here"
         )
         return
