@@ -19,7 +19,6 @@ from gearplay.parts.mesh import geometry as mesh_geometry
 from gearplay.parts.mesh import law as mesh_element
 from gearplay.parts.mesh.faults import EccentricityFault
 from gearplay.parts.mesh.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
-from gearplay.parts.mesh.pairs.record import FLANKS
 from gearplay.parts.rotor.schema import place_words
 from gearplay.vocabulary.errors import InputError
 
@@ -204,8 +203,8 @@ def pack_meshes(
             m,
             [m.a, m.b, m.frame],
             flanks,
-            switches=edges + (FLANKS if m.envelope else slides if single else 0),
-            of_contacts=slides,
+            switches=edges + (slides if m.pairs == 0 else 0),
+            of_contacts=m.envelope + slides,
             **more_columns(m),
             rate=rate,
             hides=bool(m.C_m > 0.0) and case.formulation == "geometric",

@@ -118,7 +118,8 @@ def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
         switch_sense(mesh, s - first, modes, loads.contacts)
         return
     if mesh.envelope == 1 and s >= next_pair_switch(mesh):
-        find_lead(system, n, s - next_pair_switch(mesh), t, y, branch, loads)
+        flank = s - next_pair_switch(mesh)
+        find_lead(system, n, flank, modes[mesh.mode + LEAD + flank], t, y, branch, loads)
         return
     if s >= EDGE:
         psi, _ = mesh_phase(mesh, system, t, y)
@@ -134,12 +135,14 @@ def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
 
 
 @compiled_once
-def find_lead(system: System, n: int, flank: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
-    """Let a flank's deepest pair be its lead; rows of the contact table and the sense of its sliding follow."""
+def find_lead(
+    system: System, n: int, flank: int, other: int, t: float, y: Floats, branch: Branch, loads: Loads
+) -> None:
+    """Let a flank's deepest pair but that in slot ``other`` be its lead, -1 for all; its rows of the contact table follow."""
     mesh = system.records[KIND][n]
     if mesh_geometry(system, n, t, y, branch.memory, loads.out) != 0:
         return
-    branch.modes[mesh.mode + LEAD + flank] = deepest_slot(mesh, system, loads.out, flank, -1)[0]
+    branch.modes[mesh.mode + LEAD + flank] = deepest_slot(mesh, system, loads.out, flank, other)[0]
     press_envelope(system, n, branch, loads)
     if mesh.friction > 0.0:
         sliding = loads.contacts[mesh.contact + flank, SLIDING]
@@ -171,7 +174,7 @@ def initialise(system: System, n: int, t: float, y: Floats, branch: Branch, load
     depth = mesh.depth
     for flank in range(2):
         if mesh.envelope == 1:
-            find_lead(system, n, flank, t, y, branch, loads)
+            find_lead(system, n, flank, -1, t, y, branch, loads)
         past = loads.contacts[mesh.contact + flank, PENETRATION] > depth
         branch.modes[mesh.mode + flank] = PAST_RAMP if past else ON_RAMP
     _settle_phase(system, n, t, y, branch.modes, loads.contacts)
@@ -206,7 +209,7 @@ def initialise_touch(
         return
     modes[mesh.mode + flank] = ON_RAMP
     if mesh.envelope == 1:
-        find_lead(system, n, flank, t, y, branch, loads)
+        find_lead(system, n, flank, -1, t, y, branch, loads)
     if modes[mesh.contact + 1 - flank] == OPEN:
         _settle_phase(system, n, t, y, modes, loads.contacts)
     elif mesh.friction > 0.0 and mesh.envelope == 0:
