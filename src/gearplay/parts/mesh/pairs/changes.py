@@ -8,7 +8,7 @@ from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import System, omega_of, theta_of
 from gearplay.parts.mesh.geometry import MESH
 from gearplay.parts.mesh.pairs.friction import sliding_arms
-from gearplay.parts.mesh.pairs.overlap import TIP_OF_1, TIP_OF_2, sense
+from gearplay.parts.mesh.pairs.overlap import ON_FLANK, TIP_OF_1, TIP_OF_2, sense
 from gearplay.parts.mesh.pairs.record import FLANKS
 from gearplay.parts.mesh.pairs.slopes import (
     AA,
@@ -195,27 +195,25 @@ def _friction_change(
     at: int,
     flank: int,
     motion: tuple[float, float, float, float, float, float, float, float],
+    direction: tuple[int, float, float, float, float, float],
     grown: float,
     moved_1: float,
-    by_a: float,
-    by_z: float,
 ) -> tuple[float, float, float]:
     """Return what a motion changes in the sums over A and both gears' angles by the friction of a pair.
 
-    Its normal force grows by ``grown``, its place by ``moved_1``, slopes of its overlap by ``by_a`` and ``by_z``.
+    ``direction`` of its force has the part that touches, the slopes by A and both angles, what the motion changes in that by A
+    and in that by the angle of the gear whose tip touches. Its normal force grows by ``grown``, its place by ``moved_1``.
     """
     m, s, A = sense(mesh, flank), mesh.s, row[S_A]
-    touching = int(row[at + TIP])
-    s_a, s_1, s_2 = sliding_arms(
-        s, A, mesh.tip_1, mesh.tip_2, touching, row[at + BY_A], row[at + BY_1], row[at + BY_2], row[at + RHO]
-    )
-    ds_a = -row[at + BY_A] * by_a / s_a
-    across = -motion[0] * row[at + BY_A] - A * by_a
+    touching, along, first, second, by_a, by_z = direction
+    s_a, s_1, s_2 = sliding_arms(s, A, mesh.tip_1, mesh.tip_2, touching, along, first, second, row[at + RHO])
+    ds_a = -along * by_a / s_a
+    across = -motion[0] * along - A * by_a
     if touching == TIP_OF_2:
-        ds_2 = -row[at + BY_2] * by_z / s_2
+        ds_2 = -second * by_z / s_2
         ds_1 = across - ds_2
     else:
-        ds_1 = -row[at + BY_1] * by_z / s_1 if touching == TIP_OF_1 else moved_1
+        ds_1 = -first * by_z / s_1 if touching == TIP_OF_1 else moved_1
         ds_2 = across - ds_1
     error = 1.0 - 2.0 * flank
     sliding = ds_a * row[S_A_RATE] + s_a * motion[1]
@@ -227,6 +225,22 @@ def _friction_change(
         m * (more * s_1 + grip * ds_1),
         m * (more * s_2 + grip * ds_2),
     )
+
+
+@compiled_inline
+def _direction(
+    mesh: Any, row: Floats, at: int, distance: float, by_a: float, by_z: float
+) -> tuple[int, float, float, float, float, float]:
+    """Return the direction of a pair's force for `_friction_change`: that of its overlap, of an envelope that of the involutes.
+
+    Its overlap's slopes change by ``by_a`` and ``by_z``, the distance of the centres by ``distance``.
+    """
+    if mesh.envelope == 1:
+        s, A, c0 = mesh.s, row[S_A], mesh.c0
+        sine = c0 / (A * A * row[LEAN])
+        bend = s * c0 * c0 / (A * A * A * sine)
+        return ON_FLANK, s * sine, mesh.base_1, -s * mesh.base_2, bend * distance, 0.0
+    return int(row[at + TIP]), row[at + BY_A], row[at + BY_1], row[at + BY_2], by_a, by_z
 
 
 @compiled_once
@@ -264,11 +278,13 @@ def add_pair_change(
                 row[at + F_P] * p + row[at + F_R] * rate + row[at + F_1] * moved_1 + row[at + F_2] * moved_2
             )
             grown += row[at + F_PSI] * psi
-            d_a += grown * row[at + BY_A] + f * by_a
-            d_1 += m * (grown * row[at + BY_1] + (f * by_z if row[at + TIP] == 1.0 else 0.0))
-            d_2 += m * (grown * row[at + BY_2] + (f * by_z if row[at + TIP] == 2.0 else 0.0))
+            direction = _direction(mesh, row, at, motion[0], by_a, by_z)
+            touching, along, first, second, by_a, by_z = direction
+            d_a += grown * along + f * by_a
+            d_1 += m * (grown * first + (f * by_z if touching == TIP_OF_1 else 0.0))
+            d_2 += m * (grown * second + (f * by_z if touching == TIP_OF_2 else 0.0))
             if row[at + GRIP] != 0.0 or row[at + GRIP_SLOPE] != 0.0:
-                change = _friction_change(mesh, row, at, flank, motion, grown, moved_1, by_a, by_z)
+                change = _friction_change(mesh, row, at, flank, motion, direction, grown, moved_1)
                 d_a += change[0]
                 d_1 += change[1]
                 d_2 += change[2]

@@ -1,8 +1,9 @@
 """Deviations of teeth in a mesh with one stiffness: the envelope over its pairs.
 
 A flank touches where the pair of most material does, its lead: the deepest of the pairs within reach, corners of entering and
-leaving tips included. Its force is K(psi) p + C(p) dp/dt with the lead's overlap p, along the gradient of that overlap,
-deviations aside. A change of the lead is a switch of the flank.
+leaving tips included. Its force is K(psi) p + C(p) dp/dt with the lead's overlap p, along the line of action of the actual
+centres: gaps of corners are deviations here, so that the force of an undamped flank is continuous where another pair takes the
+lead. Such a change is a switch of the flank.
 """
 
 import math
@@ -28,6 +29,7 @@ from gearplay.parts.mesh.geometry import (
     COS_PSI,
     ERROR_RATE,
     MESH,
+    P_D_RATE,
     PAIRS_LOST,
     PAIRS_PUT_IN,
     PSI,
@@ -36,11 +38,11 @@ from gearplay.parts.mesh.geometry import (
     PULL_2,
     PULL_A,
     SIN_PSI,
+    SIN_W,
     fill_psi,
 )
 from gearplay.parts.mesh.pairs.friction import SLIDING, arms_of, grip_of, sliding_of
 from gearplay.parts.mesh.pairs.overlap import (
-    AWAY,
     overlap_rate,
     pair_overlap,
     penetration_rate,
@@ -88,7 +90,7 @@ def press_envelope(system: System, n: int, branch: Branch, loads: Loads) -> None
         error_rate = out[ERROR_RATE] if flank == 0 else -out[ERROR_RATE]
         lead = lead_of(mesh, system, out, flank, branch)
         pair = pair_overlap(mesh, system, out, flank, lead)
-        rate, worn, rate_1, _ = overlap_rate(mesh, out, flank, pair)
+        rate, _, rate_1, _ = overlap_rate(mesh, out, flank, pair)
         p, moving = pair.penetration, penetration_rate(pair, rate, rate_1)
         contacts[k, PENETRATION], contacts[k, RATE] = p, moving
         contacts[k, LAG] = deepest_slot(mesh, system, out, flank, lead)[1] - p
@@ -96,18 +98,17 @@ def press_envelope(system: System, n: int, branch: Branch, loads: Loads) -> None
         force, contacts[k, MARGIN] = flank_force(mesh, k_mesh, p, moving, past, flank)
         contacts[k, FORCE] = force if modes[k] == LOADED else 0.0
         if mesh.friction > 0.0:
-            contacts[k, SLIDING] = sliding_of(mesh, out, flank, pair) if pair.touching != AWAY else 0.0
+            contacts[k, SLIDING] = sliding_of(mesh, out, flank, pair)
         if modes[k] == OPEN:
             continue
         force = contacts[k, FORCE]
         lost += (force - k_mesh * p) * moving
-        # The way within a hard end of the path is a deviation too: what it takes from the overlap, ``rate - moving``.
-        put_in += force * (error_rate - worn - rate + moving) + 0.5 * k_slope * out[PSI_RATE] * p * p
-        if pair.touching == AWAY:
-            continue
-        pull_a += force * pair.by_a
-        pull_1 += m * force * pair.p_1
-        pull_2 += m * force * pair.p_2
+        # All that the overlap has beyond the involutes' is a deviation.
+        put_in += force * (moving - out[P_D_RATE + flank] + error_rate)
+        put_in += 0.5 * k_slope * out[PSI_RATE] * p * p
+        pull_a += force * mesh.s * out[SIN_W]
+        pull_1 += m * force * mesh.base_1
+        pull_2 -= m * force * mesh.s * mesh.base_2
         if mesh.friction > 0.0 and force > 0.0:
             s_a, s_1, s_2 = arms_of(mesh, out, pair)
             grip = force * grip_of(mesh, contacts[k, SLIDING])[0]

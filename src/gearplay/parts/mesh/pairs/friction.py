@@ -17,8 +17,8 @@ from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import FORCE_X
 from gearplay.kernels.smooth_sign import smooth_sign, smooth_sign_slope
-from gearplay.parts.mesh.geometry import DISTANCE, DISTANCE_RATE
-from gearplay.parts.mesh.pairs.overlap import TIP_OF_1, TIP_OF_2, Pair, turn_rates
+from gearplay.parts.mesh.geometry import DISTANCE, DISTANCE_RATE, SIN_W
+from gearplay.parts.mesh.pairs.overlap import ON_FLANK, TIP_OF_1, TIP_OF_2, Pair, turn_rates
 
 SLIDING = FORCE_X
 """Column of a contact's row of the contact table: sliding speed s [m/s]."""
@@ -45,7 +45,12 @@ def sliding_arms(
 
 @compiled_inline
 def arms_of(mesh: Any, out: Floats, pair: Pair) -> tuple[float, float, float]:
-    """Return `sliding_arms` of a pair of teeth at a state, `mesh_geometry` in the scratch."""
+    """Return `sliding_arms` of a pair of teeth at a state, `mesh_geometry` in the scratch; of an envelope those of flanks."""
+    if mesh.envelope == 1:
+        by_a = mesh.s * out[SIN_W]
+        return sliding_arms(
+            mesh.s, out[DISTANCE], mesh.tip_1, mesh.tip_2, ON_FLANK, by_a, 0.0, 0.0, pair.rho_1
+        )
     return sliding_arms(
         mesh.s, out[DISTANCE], mesh.tip_1, mesh.tip_2, pair.touching, pair.by_a, pair.p_1, pair.p_2, pair.rho_1
     )  # fmt: skip

@@ -155,7 +155,7 @@ def linearise_envelope(system: System, n: int, branch: Branch, loads: Loads, row
             _store(row, at, pair)
             row[at + P_RATE] = moving = penetration_rate(pair, rate, rate_1)
             force = loads.contacts[k, FORCE]
-            if place == 1 or force == 0.0 or pair.touching == AWAY:
+            if place == 1 or force == 0.0:
                 continue
             row[at + F] = force
             past = branch.modes[mesh.mode + flank]
