@@ -1,5 +1,6 @@
 """Hook of mkdocs: write the pages and draw the figures that follow from the code; complete pages for assistive technology."""
 
+import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -16,8 +17,8 @@ SCRIPTS = (
     "write_commands.py",
 )
 
-PUBLISHED = "<!-- published numbers -->"
-"""Place of the table on docs/validation.md."""
+TABLES = {"<!-- published numbers -->": "write_validation", "<!-- mean stiffness -->": "write_stiffness"}
+"""Places of tables on pages, and the modules whose function ``table`` computes them."""
 
 
 def on_pre_build(config: Any) -> None:
@@ -27,13 +28,12 @@ def on_pre_build(config: Any) -> None:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Return the page of validation with the table of published numbers, computed now."""
-    if PUBLISHED not in markdown:
-        return markdown
-    sys.path.insert(0, str(Path(__file__).parent))
-    from write_validation import table
-
-    return markdown.replace(PUBLISHED, table())
+    """Return the page with its tables, computed now."""
+    for place, module in TABLES.items():
+        if place in markdown:
+            sys.path.insert(0, str(Path(__file__).parent))
+            markdown = markdown.replace(place, importlib.import_module(module).table())
+    return markdown
 
 
 def on_post_page(output: str, **_: Any) -> str:

@@ -65,6 +65,8 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
                 "transmission_error": errors,
                 "phase": float(rng.uniform(0.0, 2.0 * math.pi)),
                 "damping": {"maximum": 300.0 if damped else 0.0, **law},
+                "friction_coefficient": 0.1 if damped and rng.random() < 0.6 else 0.0,
+                "friction_speed": 0.02,
             }
         ],
         "run": {"duration": 0.01, "sampling": 1e4},

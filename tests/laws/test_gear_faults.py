@@ -19,7 +19,7 @@ from gearplay.toothing.cracks import Crack, crack_losses
 from gearplay.toothing.gear import DrawnGear
 from gearplay.toothing.pair import GearPair
 from gearplay.vocabulary.errors import InputError
-from laws.test_tooth_pairs import document_of, pairs_at
+from tooth_pairs import document_of, pairs_at
 
 TEETH = (20, 60)
 BORES = (0.03, 0.06)
@@ -231,6 +231,12 @@ def test_fault_of_a_gear_in_no_mesh__is_refused() -> None:
         load_case(document([{**CRACK, "at": "three"}], rotors={"three": alone}))
 
 
+UNCOUPLED: Document = {
+    "backlash_model": "uncoupled",
+    "meshes": [{**document()["meshes"][0], "contact": "mesh"}],
+}
+
+
 @pytest.mark.parametrize(
     ("fault", "more", "words"),
     [
@@ -239,6 +245,7 @@ def test_fault_of_a_gear_in_no_mesh__is_refused() -> None:
         ({**CRACK, "at": "two"}, {"rotors": {"two": {"internal": True, "bore": None}}}, r"faults.0.at.*external"),
         (CRACK, {"meshes": [{**document()["meshes"][0], "contact": "mesh"}]}, r'faults.0.kind.*contact = "pairs"'),
         (CRACK, {"rotors": HELICAL, "meshes": [{**document()["meshes"][0], "center_distance": None}]}, r"faults.0.kind.*spur"),
+        ({"kind": "pitch", "at": "one", "offset": 1e-5}, UNCOUPLED, r"faults.0.kind.*follow the centres"),
         ({**CRACK, "kind": "spall", "depth": 1e-5, "start": 0.6, "end": 0.5}, {}, r"faults.0.end.*above start"),
         ({**CRACK, "depth": -1e-3}, {}, r"faults.0.depth"),
     ],

@@ -15,12 +15,11 @@ from depth import sized
 from gearplay.model.geometry import pair_of
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import load_case
-from gearplay.parts.mesh.geometry import P_D
-from gearplay.parts.mesh.pairs.overlap import ON_FLANK, Pair, pair_overlap, stiffness_at
+from gearplay.parts.mesh.pairs.overlap import ON_FLANK, pair_overlap, stiffness_at
 from gearplay.parts.registry import MESH
 from gearplay.toothing.gear import DrawnGear
-from gearplay.toothing.pair import GearPair
 from gearplay.vocabulary.errors import InputError
+from tooth_pairs import document_of, pairs_at, placed
 
 # Planar gears on linear supports, each pair of teeth on its own, both flanks and corners, by SciPy's DOP853 with steps of 2 us at
 # most; written apart from this package. Rotations count from a tooth, or a ring's space, on the line of centres; centres from
@@ -52,46 +51,6 @@ OPEN: list[tuple[Any, ...]] = [
          8.00724085559672e-07, 3.0456514410645836e-06, 0.10368792897691763), 2e-8,
     ),
 ]  # fmt: skip
-
-
-def document_of(
-    module: float, teeth: tuple[int, int], shifts: tuple[float, float], ring: bool, backlash: float, width: float, **more: Any
-) -> Document:  # fmt: skip
-    """Return two gears in mesh with pairs of teeth, at the distance at which their shifts leave no backlash."""
-    gears = [
-        DrawnGear(teeth=z, module=module, profile_shift=x, internal=ring and k == 1)
-        for k, (z, x) in enumerate(zip(teeth, shifts, strict=True))
-    ]
-    distance = GearPair(*gears, math.nan).shifted_distance
-    rotors = {
-        name: {
-            "teeth": teeth[k],
-            "profile_shift": shifts[k],
-            "facewidth": width,
-            "mass": 1.0,
-            "inertia": 1e-3,
-            "position": [distance if (k == 0) == ring else 0.0, 0.0],
-        }
-        for k, name in enumerate(("one", "two"))
-    }
-    rotors["two"]["internal"] = ring
-    found: Document = {
-        "gravity": [0.0, 0.0],
-        "rotors": rotors,
-        "meshes": [
-            {
-                "driver": "one",
-                "driven": "two",
-                "module": module,
-                "center_distance": distance,
-                "backlash": backlash,
-                "contact": "pairs",
-                "stiffness": {"kind": "teeth", "method": "iso6336", "line_load": 1e6},
-            }
-        ],
-        "run": {"duration": 6e-3, "transient": 0.0, "sampling": 1e6, "tolerance": 1e-10},
-    }
-    return merged(found, more)
 
 
 def open_case(row: tuple[Any, ...]) -> tuple[Document, float]:
@@ -147,26 +106,6 @@ def test_trajectories__agree_with_an_independent_simulation(row: tuple[Any, ...]
     )
     assert off[[0, 1, 3, 4]].max() < 1e-9
     assert off[[2, 5]].max() < max(1e-9, row[16])
-
-
-def placed(packed: Packed, place: float, overlap: float) -> Floats:
-    """Return a state with the pair of slot 0 at a place on the driver's path [m] and an overlap of the involutes [m]."""
-    (mesh,) = packed.system.records[MESH]
-    y = np.zeros(packed.state_size)
-    for _ in range(3):
-        out = mesh_at(packed, 0, y)
-        pair = pair_overlap(mesh, packed.system, out, 0, 0)
-        y[2] += (place - pair.place) / mesh.base_1
-        out = mesh_at(packed, 0, y)
-        y[5] += (overlap - out[P_D]) / (-mesh.s * mesh.base_2)
-    return y
-
-
-def pairs_at(packed: Packed, y: Floats, flank: int = 0) -> list[Pair]:
-    """Return the pairs of a flank at a state."""
-    (mesh,) = packed.system.records[MESH]
-    out = mesh_at(packed, 0, y)
-    return [pair_overlap(mesh, packed.system, out, flank, slot) for slot in range(mesh.pairs)]
 
 
 def random_pair(rng: np.random.Generator) -> Document:
@@ -409,14 +348,32 @@ def test_energy__closes_with_corners_and_deviations(measured: Measured) -> None:
     ("change", "words"),
     [
         ({"meshes": [{"stiffness": {"kind": "harmonic", "mean": 1e8}}]}, "stiffness"),
-        ({"meshes": [{"friction_coefficient": 0.1}]}, "friction_coefficient"),
+        (
+            {
+                "backlash_model": "uncoupled",
+                "meshes": [{"contact": "mesh"}],
+                "rotors": {"one": {"deviations": {"pitch": [1e-6] * 20}}},
+            },
+            r"rotors.one.deviations.*backlash_model",
+        ),
         ({"backlash_model": "uncoupled"}, "contact"),
         (
             {
-                "meshes": [{"contact": "mesh"}],
-                "rotors": {"one": {"tip_relief": {"amount": 1e-6, "length": 1e-3}}},
+                "rotors": {
+                    name: {"helix_angle": 0.2, "tip_relief": {"amount": 1e-6, "length": 1e-3}}
+                    for name in ("one", "two")
+                }
             },
-            "tip_relief",
+            "tip_relief.*oblique",
+        ),
+        (
+            {
+                "rotors": {
+                    name: {"helix_angle": 0.2, "deviations": {"slope": [1e-6] * z}}
+                    for name, z in (("one", 20), ("two", 60))
+                }
+            },
+            r"deviations.slope.*oblique",
         ),
         ({"rotors": {"one": {"deviations": {"pitch": [1e-6, 2e-6]}}}}, "one item for each of the 20 teeth"),
         ({"rotors": {"one": {"quality": 7, "deviations": {}}}}, "quality"),

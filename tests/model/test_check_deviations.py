@@ -31,10 +31,14 @@ def test_quality__that_eats_the_backlash() -> None:
     assert not found(one, "warning", words), "gears without a class have none"
 
 
-def test_quality__without_pairs_is_noted() -> None:
-    (said,) = found(with_pairs({}, {"quality": 7}, contact="mesh"), "note", "has no effect")
+def test_quality__without_effect_or_of_helical_gears_is_noted() -> None:
+    plain = with_pairs({}, {"quality": 7}, contact="mesh")
+    assert not found(plain, "note", "has no effect")
+    (said,) = found(gp.replace(plain, {"backlash_model": "uncoupled"}), "note", "has no effect")
     assert (said.path, "quality = 7 of two" in said.message) == ("rotors.two.quality", True)
-    assert not found(with_pairs({}, {"quality": 7}), "note", "has no effect")
+    helix = {"helix_angle": 0.2}
+    (said,) = found(with_pairs(helix, {"quality": 7, **helix}), "note", "the pitch counts alone")
+    assert said.path == "rotors.two.quality"
 
 
 def test_tip_relief__leaves_a_base_pitch_of_the_path() -> None:

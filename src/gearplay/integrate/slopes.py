@@ -45,9 +45,10 @@ class Slopes(Group):
 
 def make_slopes(system: System) -> Slopes:
     """Allocate the slopes of a system."""
-    n = system.rotors.size
+    n, widest = system.rotors.size, max(kind.file.SLOPES for kind in KINDS)
+    widest += int(np.max(system.elements["more_slopes"], initial=0))
     return Slopes(
-        elements=np.zeros((system.elements.size, max(kind.file.SLOPES for kind in KINDS))),
+        elements=np.zeros((system.elements.size, widest)),
         rotors=np.zeros(n),
         unbalances=np.zeros((n, COLUMNS)),
         force=np.zeros((n, 3)),

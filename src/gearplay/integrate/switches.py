@@ -45,6 +45,7 @@ def make_memory(system: System) -> Floats:
 def make_branch(system: System) -> Branch:
     """Allocate a branch: all contacts open, no impact speed, no angle."""
     own = sum(KINDS[kind].file.MODES for kind in system.elements["kind"].tolist())
+    own += int(system.elements["more_modes"].sum())
     modes = system.contacts.size + own + system.rotors.size
     count = sum(slot >= 0 for slot in system.contacts["impact_slot"].tolist())
     return Branch(

@@ -88,6 +88,8 @@ ELEMENT = np.dtype(
             "joins",
             "i8",
         ),  # 1 where, but for its contacts, it is a spring between jointly propagated rotors (`joined`)
+        ("more_modes", "i8"),  # modes of its own, and columns of its slopes, beyond those of its kind
+        ("more_slopes", "i8"),
         *PLACES,
     ],
     align=True,

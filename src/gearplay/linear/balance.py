@@ -23,6 +23,10 @@ SOFTEST = 1e-13
 """Least stiffness of a direction, per the largest, that a step divides by."""
 FLATTER = 0.3
 """Part of the slope along a step that may be left at its end."""
+EARLY, LATE = 1e2, 1e12
+"""First and longest time step along the flow, over the largest stiffness."""
+STRIDE = 0.3
+"""Longest step along the flow, in natural sizes."""
 TRIALS = 40
 """Most evaluations along one step."""
 BALANCED, NEARLY, ACCEPTED = 1e-12, 1e-9, 1e-7
@@ -89,7 +93,36 @@ def balance(force: Force, stiffness: Stiffness, start: Floats, acting: float) ->
         if found is None:
             break
         at, left = found
+    if _largest(left) > max(ACCEPTED * acting, rounding):
+        at, left = _downstream(force, stiffness, at, left, max(NEARLY * acting, rounding))
     return Balance(at, left, _largest(left) <= max(ACCEPTED * acting, rounding))
+
+
+def _downstream(
+    force: Force, stiffness: Stiffness, at: Floats, left: Floats, enough: float
+) -> tuple[Floats, Floats]:
+    """Return where the flow dx/dt = forces leads from ``at``, and the forces left over there.
+
+    Forces of teeth that deviate have no potential: a stable equilibrium need not be the minimum of a work. Implicit Euler steps
+    that lengthen as the forces fall (C. T. Kelley, D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508) end as Newton's.
+    """
+    force(at)
+    matrix, size = stiffness(), float(np.linalg.norm(left))
+    span = EARLY / max(_largest(matrix), enough)
+    for _ in range(STEPS):
+        step = np.linalg.solve(np.eye(at.size) / span + matrix, left)
+        step *= min(1.0, STRIDE / max(_largest(step), STRIDE))
+        now = force(at + step)
+        if now is None:
+            span *= 0.1
+            continue
+        at, left, before, size = at + step, now, size, float(np.linalg.norm(now))
+        if _largest(left) <= enough or size == 0.0:
+            break
+        matrix = stiffness()
+        stiffest = max(_largest(matrix), enough)
+        span = min(max(span * min(max(1.5 * before / size, 0.1), 10.0), 0.01 / stiffest), LATE / stiffest)
+    return at, left
 
 
 def _largest(values: Floats) -> float:

@@ -26,6 +26,8 @@ def bilateral_meshes(system: System, state: Floats, memory: Floats) -> tuple[int
     """Return the meshes of which both flanks touch at a state and neither is pressed."""
     found, out = [], np.zeros(OUT_SIZE)
     for n in range(system.records[MESH].size):
+        if system.records[MESH][n].pairs > 0:
+            continue  # pairs of teeth keep the sides of their flanks
         if gaps_at(system, n, 0.0, state, memory, out) == 0 and max(abs(out[P_D]), abs(out[P_B])) <= NO_GAP:
             found.append(n)
     return tuple(found)

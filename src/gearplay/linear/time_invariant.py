@@ -13,6 +13,7 @@ from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.pack import Packed, pack
+from gearplay.parts.mesh.faults import GearFault
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.mesh.stiffness import HarmonicStiffness
 from gearplay.parts.rotor.gear import Runout
@@ -87,6 +88,7 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
         "supports": FrozenTable({**hot.supports, **_servo_springs(hot)}),
         "base": None,
         "environment": None,
+        "faults": tuple(fault for fault in hot.faults if not isinstance(fault, GearFault)),
         "run": hot.run.model_copy(update={"transient": 0.0}),
     }
     if load == "none":
@@ -133,12 +135,12 @@ def _rotor(rotor: Rotor, speed: float, sense: float, *, loaded: bool) -> Rotor:
         new = drive.model_copy(
             update={**quiet, "over_time": None} | ({} if drive.kind == "position" else {"position_every": 1})
         )
-    none = Runout()
-    gears = FrozenTable({key: gear.model_copy(update={"runout": none}) for key, gear in rotor.gears.items()})
+    perfect = {"runout": Runout(), "tip_relief": None, "quality": None, "deviations": None}
+    gears = FrozenTable({key: gear.model_copy(update=perfect) for key, gear in rotor.gears.items()})
     changes = {
         "drive": new,
         "load": Load(drag=rotor.load.drag),
-        "runout": none,
+        **perfect,
         "gears": gears,
         "unbalance": None,
         "temperature": None,

@@ -322,7 +322,8 @@ class Case(Part):
         if self.base is not None and self.base.is_per_member:
             return True
         gears = (gear for rotor in self.rotors.values() for gear in (rotor, *rotor.gears.values()))
-        return any(mesh.contact == "pairs" for mesh in self.meshes) and any(gear.quality for gear in gears)
+        drawn = self.formulation == "geometric" and self.backlash_model == "coupled" and self.meshes
+        return bool(drawn) and any(gear.quality for gear in gears)
 
     def holders(self, rotor: str) -> tuple[Holder, ...]:
         """Return the parts that hold a rotor, in the order of `HOLDERS`."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from gearplay.model import geometry
-from gearplay.model.drawn_gears import gear_path
+from gearplay.model.drawn_gears import follows_centres, gear_path
 from gearplay.schema.finding import Finding
 from gearplay.toothing.quality import gear_tolerances
 
@@ -34,16 +34,24 @@ def _findings(case: Case, j: int) -> Iterator[tuple[str, str, Finding]]:
     pair = geometry.installed_pair(case, j)
     drawn = dict(zip(geometry.gears_of_pair(case, j), (pair.first, pair.second), strict=True))
     given = {name: geometry.gear_of(case, name) for name in (mesh.driver, mesh.driven)}
-    if mesh.contact != "pairs":
+    if not follows_centres(case):
         for name, gear in given.items():
             if gear.quality is not None:
                 path = gear_path(case, name, "quality")
                 words = (
-                    f'quality = {gear.quality} of {name} has no effect in a mesh with contact = "mesh". '
-                    'Write contact = "pairs", for which deviations are drawn.'
+                    f"quality = {gear.quality} of {name} has no effect where the line of action does not follow the centres. "
+                    'Write backlash_model = "coupled", for which deviations are drawn.'
                 )
                 yield path, mesh.label, Finding("note", path, words)
         return
+    for name, gear in given.items():
+        if gear.quality is not None and gear.helix_angle:
+            path = gear_path(case, name, "quality")
+            words = (
+                f"of the deviations that quality = {gear.quality} draws for {name} the pitch counts alone: profile deviations "
+                "vary along the oblique lines of contact of helical teeth and are left out."
+            )
+            yield path, mesh.label, Finding("note", path, words)
     allowed = {
         name: gear_tolerances(drawn[name], gear.quality).cumulative_pitch
         for name, gear in given.items()

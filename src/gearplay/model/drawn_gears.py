@@ -151,37 +151,30 @@ def _stiffness_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iter
 
 
 def _pair_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
-    """Refuse what pairs of teeth do not have, and deviations of gears in meshes without pairs."""
+    """Refuse what pairs of teeth do not have, and deviations that a mesh cannot follow."""
     mesh = case.meshes[j]
     if mesh.contact == "pairs":
         if not isinstance(mesh.stiffness, TeethStiffness):
             rule = 'must be "teeth" with contact = "pairs", which takes the stiffness of single pairs from the teeth'
             cure = 'Write stiffness = { kind = "teeth", method = "iso6336" } and give both gears a facewidth'
             yield Fault(mesh_path(case, j, "stiffness", "kind"), mesh.stiffness.kind, rule, cure)
-        if mesh.friction_coefficient > 0.0:
-            rule = 'must be 0 with contact = "pairs"'
-            yield Fault(
-                mesh_path(case, j, "friction_coefficient"),
-                mesh.friction_coefficient,
-                rule,
-                'Take contact = "mesh"',
-            )
         if case.backlash_model != "coupled":
             rule = 'must be mesh with backlash_model = "uncoupled", whose line of action does not follow the centres'
             yield Fault(mesh_path(case, j, "contact"), "pairs", rule, 'Take backlash_model = "coupled"')
     for name, gear in given.items():
-        for field in ("tip_relief", "quality", "deviations"):
-            if getattr(gear, field) is None or (field == "quality" and mesh.contact != "pairs"):
-                continue
-            path = gear_path(case, name, field)
-            if mesh.contact != "pairs":
-                rule = f'must not be given for a gear of mesh {mesh.label}, which has contact = "mesh"'
-                yield Fault(path, NO_VALUE, rule, 'Write contact = "pairs" in the mesh, or remove it')
-            elif gear.helix_angle:
-                rule = (
-                    "must not be given for helical gears, along whose lines of contact deviations would vary"
-                )
-                yield Fault(path, NO_VALUE, rule, "Remove it")
+        varying = ["tip_relief"] if gear.tip_relief is not None else []
+        if gear.deviations is not None:
+            varying += [
+                f"deviations.{each}" for each in ("slope", "form") if any(getattr(gear.deviations, each))
+            ]
+        for field in varying if gear.helix_angle else ():
+            rule = "must not be given for helical gears, along whose oblique lines of contact it varies"
+            cure = "Remove it; pitch deviations and quality may stay"
+            yield Fault(gear_path(case, name, *field.split(".")), NO_VALUE, rule, cure)
+        if gear.deviates and gear.quality is None and not follows_centres(case):
+            field = "tip_relief" if gear.tip_relief is not None else "deviations"
+            rule = 'must not be given with backlash_model = "uncoupled", whose line of action does not follow the centres'
+            yield Fault(gear_path(case, name, field), NO_VALUE, rule, 'Take backlash_model = "coupled"')
         if gear.deviations is None:
             continue
         teeth = geometry.teeth_of(case, name)
@@ -198,14 +191,23 @@ def _pair_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[
 
 
 def _tooth_fault_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
-    """Refuse faults of single teeth in meshes without pairs or of helical gears, and cracks beyond the middle of a tooth."""
+    """Refuse faults of teeth that a mesh cannot follow, and cracks beyond the middle of a tooth."""
     mesh = case.meshes[j]
     for name, gear in given.items():
         for index, fault in tooth_faults(case, name):
-            if mesh.contact != "pairs" or gear.helix_angle:
-                rule = f'must be in meshes with contact = "pairs" of spur gears, which {mesh.label} is not'
-                cure = 'Write contact = "pairs" in the mesh, or take kind = "eccentricity"'
-                yield Fault(f"faults.{index}.kind", fault.kind, rule, cure)
+            path = f"faults.{index}.kind"
+            if mesh.contact != "pairs" and fault.needs_pairs:
+                rule = f'must be in meshes with contact = "pairs", as it takes stiffness from single ones; {mesh.label} is not'
+                yield Fault(path, fault.kind, rule, 'Write contact = "pairs" in the mesh')
+            elif gear.helix_angle and not fault.along_facewidth:
+                rule = f"must be of spur gears: it varies along the oblique lines of contact of {mesh.label}"
+                yield Fault(path, fault.kind, rule, 'Take kind = "pitch", "missing-tooth" or "eccentricity"')
+            elif not follows_centres(case):
+                rule = "must not be given where the line of action does not follow the centres"
+                cure = (
+                    'Take backlash_model = "coupled" and formulation = "geometric", or kind = "eccentricity"'
+                )
+                yield Fault(path, fault.kind, rule, cure)
             elif isinstance(fault, CrackFault):
                 drawn = gear.drawing(
                     mesh.module, mesh.pressure_angle, geometry.teeth_of(case, name), internal=False
@@ -230,7 +232,20 @@ def gear_faults(case: Case, name: str) -> list[tuple[int, Any]]:
 
 def tooth_faults(case: Case, name: str) -> list[tuple[int, Any]]:
     """Return the faults of the teeth of a gear with their places in the case; without eccentricity, which every mesh has."""
-    return [(index, fault) for index, fault in gear_faults(case, name) if fault.needs_pairs]
+    return [(index, fault) for index, fault in gear_faults(case, name) if fault.of_teeth]
+
+
+def follows_centres(case: Case) -> bool:
+    """Return whether lines of action follow the actual centres, as deviations of teeth need."""
+    return case.formulation == "geometric" and case.backlash_model == "coupled"
+
+
+def deviates(case: Case, j: int) -> bool:
+    """Return whether teeth of mesh j deviate from involutes in their places, so that its pairs of teeth differ."""
+    names = geometry.gears_of_pair(case, j)
+    return follows_centres(case) and any(
+        geometry.gear_of(case, name).deviates or tooth_faults(case, name) for name in names
+    )
 
 
 def _lost_faults(case: Case) -> Iterator[Fault]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gearplay.model import geometry
 from gearplay.model.drawn_gears import gear_faults
 from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
-from gearplay.model.pair_packing import pack_pairs
+from gearplay.model.pair_packing import more_columns, pack_pairs
 from gearplay.model.tooth_places import tooth_places
 from gearplay.parts.assembly import Assembly, Contact, blank
 from gearplay.parts.mesh import flank, tooth_stiffness
@@ -158,36 +158,39 @@ def pack_meshes(
         _pack_mesh(case, j, m, centres, moving)
     places = tooth_places(case, centres, [m.sigma for m in records])
     for j, (mesh, m) in enumerate(zip(case.meshes, records, strict=True)):
-        m.psi_0 = places.phases[j]
+        m.psi_0, m.pair_phase = places.phases[j], places.teeth[j] - places.phases[j]
         k = pack_stiffness(case, j)
         m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
         series, m.u_series = involute_series(geometry.pair_of(case, j).working_angle)
         involutes.append(series)
         pack_pairs(case, j, m, places.numbers[j], spline, terms, member)
-        if m.pairs == 0 and k.kind == tooth_stiffness.STIFFNESS_SPLINE:
+        single = m.pairs == 0 or m.envelope
+        if single and k.kind == tooth_stiffness.STIFFNESS_SPLINE:
             m.stiffness_start, m.stiffness_count = len(spline), len(k.rows)
             spline.extend(k.rows.tolist())
-        elif m.pairs == 0:
+        elif single:
             m.stiffness_start, m.stiffness_count = len(terms), len(k.rows)
             terms.extend(harmonic_rows(k.rows))
         m.error_start, m.error_count = len(terms), len(mesh.transmission_error)
         terms.extend(harmonic_rows([(float(e.order), e.amplitude, e.phase) for e in mesh.transmission_error]))
         m.error_slope = sum(e.order * abs(e.amplitude) for e in mesh.transmission_error)
         m.error_curvature = sum(e.order**2 * abs(e.amplitude) for e in mesh.transmission_error)
-        m.highest_order = max([1.0, k.highest_order, *(float(e.order) for e in mesh.transmission_error)])
+        orders = [float(e.order) for e in mesh.transmission_error]
+        m.highest_order = max([1.0, k.highest_order, *orders] if single else [PAIR_ORDER, *orders])
+        if m.envelope:
+            m.highest_order = max(m.highest_order, PAIR_ORDER)
         m.C_m, m.depth = damping_maximum(case, j, k), depths[j]
         m.inv_depth = 1.0 / m.depth
-        if m.pairs > 0:
-            if mesh.damping.ratio is not None:  # of all pairs in contact
-                m.C_m /= max(1.0, geometry.pair_of(case, j).contact_ratio)
-            m.highest_order = max([PAIR_ORDER, *(float(e.order) for e in mesh.transmission_error)])
+        if mesh.damping.ratio is not None and not single:  # of all pairs in contact
+            m.C_m /= max(1.0, geometry.pair_of(case, j).contact_ratio)
         m.ramp = _damping_law(mesh.damping)
         # The formulation as_published has one force, (19): the drive branch goes first.
         flanks = [
             Contact("drive"),
             Contact("back", yields_to=0 if case.formulation == "as_published" else None),
         ]
-        flanks += [Contact(f"{side}-{slot}") for side in ("drive", "back") for slot in range(m.pairs)]
+        slots = 0 if single else m.pairs
+        flanks += [Contact(f"{side}-{slot}") for side in ("drive", "back") for slot in range(slots)]
         edges = int(k.kind == tooth_stiffness.STIFFNESS_SQUARE)
         slides = int(mesh.friction_coefficient > 0.0)
         mobility = sum(
@@ -200,8 +203,9 @@ def pack_meshes(
             m,
             [m.a, m.b, m.frame],
             flanks,
-            switches=edges + slides,
-            of_contacts=slides,
+            switches=edges + (slides if m.pairs == 0 else 0),
+            of_contacts=m.envelope + slides,
+            **more_columns(m),
             rate=rate,
             hides=bool(m.C_m > 0.0) and case.formulation == "geometric",
         )

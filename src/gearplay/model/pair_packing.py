@@ -7,31 +7,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model import geometry
+from gearplay.model.drawn_gears import deviates
 from gearplay.model.teeth_stiffness import stiffness_over_path
 from gearplay.model.tooth_rows import steepness, tooth_rows
 from gearplay.parts.assembly import Assembly, blank
 from gearplay.parts.mesh import law as mesh_law
 from gearplay.parts.mesh.pairs import observed
-from gearplay.parts.mesh.pairs.record import MOST, SPARE
+from gearplay.parts.mesh.pairs.record import FLANKS, SPARE
+from gearplay.parts.mesh.pairs.slopes import COLUMNS, LEADING
 from gearplay.toothing.gear import DrawnGear, inv
 from gearplay.toothing.pair import GearPair
 from gearplay.toothing.path_stiffness import PathStiffness, cubic_places, cubics
-from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
     from gearplay.parts.rotor.gear import Gear
     from gearplay.parts.rotor.schema import Rotor
-
-
-def _slots(j: int, found: PathStiffness) -> int:
-    """Return how many slots each flank of mesh j has for pairs of teeth."""
-    low, high = found.reach
-    slots = math.ceil((high - low) / found.pair.first.base_pitch) + SPARE
-    if slots > MOST:
-        rule = f"must be mesh where more than {MOST - SPARE} pairs of teeth are in contact at once"
-        raise InputError.of(f"meshes.{j}.contact", "pairs", rule, 'Take contact = "mesh"')
-    return slots
 
 
 def _pack_gear(
@@ -76,21 +67,24 @@ def pack_pairs(
 ) -> None:
     """Fill the fields of mesh j's record for pairs of teeth; add their stiffness to the curves and deviations to the terms.
 
+    A mesh with one stiffness has them where its teeth deviate: their envelope acts.
+
     ``numbers`` are those of driver's and driven tooth at the line of centres where nothing has turned; ``member`` decides, with
     the seed of the run, what is drawn.
     """
     mesh = case.meshes[j]
-    if mesh.contact != "pairs":
+    if mesh.contact != "pairs" and not deviates(case, j):
         return
-    found = stiffness_over_path(case, j)
-    m.pairs = _slots(j, found)
-    pair, working = found.pair, geometry.pair_of(case, j)
+    m.envelope = int(mesh.contact != "pairs")
+    found = None if m.envelope else stiffness_over_path(case, j)
+    pair, working = geometry.installed_pair(case, j), geometry.pair_of(case, j)
     path, line = pair.path, pair.base_tangent
     m.ring_drives = int(mesh.driver == geometry.ring_of(case, mesh))
     m.base_pitch = pair.first.base_pitch
     m.half_angle = _half_angles(case, j, working)[m.ring_drives]
     m.shift = line if m.ring_drives else 0.0
-    low, high = found.reach
+    low, high = path.start - 0.5 * pair.overlap, path.end + 0.5 * pair.overlap
+    m.pairs = math.ceil((high - low) / pair.first.base_pitch) + SPARE
     m.middle = 0.5 * (low + high)
     m.fades = int(pair.overlap > 0.0)
     m.corners = int(mesh.tip_contact and not m.fades)
@@ -108,7 +102,7 @@ def pack_pairs(
         if (relief := given.tip_relief) is not None:
             slope += relief.power * relief.amount / relief.length
             bend += (relief.power - 1.0) * 2.0 * relief.amount / relief.length**2
-        rows = tooth_rows(case, name, found, k, member)
+        rows = tooth_rows(case, name, pair, found, k, member)
         if rows is not None:
             setattr(m, f"toothing_{ending}", len(terms))
             setattr(m, f"rows_{ending}", len(rows) // (2 * gear.teeth))
@@ -117,10 +111,23 @@ def pack_pairs(
             slope += steepest / width
             bend += most_curved / width**2
     m.deviation_slope, m.deviation_curvature = slope, bend
+    if found is None:
+        return
     table = single_table(found)
     m.stiffest = float(np.max(found.held(np.linspace(low, high, 401))))
     m.stiffness_start, m.stiffness_count = len(spline), len(table)
     spline.extend(table.tolist())
+
+
+def more_columns(m: Any) -> dict[str, int]:
+    """Return the numbers of modes and of columns of slopes that a mesh's pairs of teeth add to those of every mesh.
+
+    A sense of sliding for each slot; the slopes of each pair, with an envelope of the lead and the next of each flank.
+    """
+    if m.pairs == 0:
+        return {}
+    stored = LEADING if m.envelope else m.pairs
+    return {"modes": 0 if m.envelope else FLANKS * m.pairs, "slopes": FLANKS * COLUMNS * stored}
 
 
 NODES = 32
@@ -153,7 +160,7 @@ def add_pair_signals(assembly: Assembly) -> None:
         zip(assembly.parts.get(mesh_law.KIND, []), assembly.labels.get(mesh_law.KIND, []), strict=True)
     ):
         for flank, side in enumerate(("drive", "back")):
-            for slot in range(m.pairs):
+            for slot in range(0 if m.envelope else m.pairs):
                 record = blank(observed.RECORD)
                 record.mesh, record.flank, record.slot = number, flank, slot
                 assembly.add(observed, f"{label}:{side}-{slot}", record, [m.a, m.b, m.frame])

@@ -9,28 +9,34 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from gearplay.model import geometry
+from gearplay.model.drawn_gears import deviates
 from gearplay.model.phases import directions, meshes_in_turn, starting_phases, within_half_a_turn
+from gearplay.parts.mesh.schema import PlanetMesh
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
 
 
 class ToothPlaces(NamedTuple):
-    """Mesh phases at rotation 0 [rad], shape [mesh], and numbers of driver's and driven tooth at the line of centres there."""
+    """Mesh phases at rotation 0 [rad] and those of the teeth in their places, shapes [mesh]; numbers of driver's and driven tooth
+    at the line of centres there.
+    """
 
     phases: list[float]
+    teeth: list[float]
     numbers: list[tuple[int, int]]
 
 
 def tooth_places(case: "Case", centres: dict[str, tuple[float, float]], senses: list[float]) -> ToothPlaces:
-    """Return the places of the teeth of all meshes; of meshes without pairs the phases of `starting_phases`.
+    """Return the places of the teeth of all meshes; of meshes with one stiffness the phases are those of `starting_phases`.
 
     ``centres`` are the nominal ones [m], ``senses`` 1 or -1 for each mesh, the sense in which its drive flanks are (sigma).
     """
     phases = starting_phases(case, centres)
     numbers = [(0, 0)] * len(case.meshes)
-    if all(mesh.contact == "mesh" for mesh in case.meshes):
-        return ToothPlaces(phases, numbers)
+    placed = list(phases)
+    if not any(mesh.contact == "pairs" or deviates(case, j) for j, mesh in enumerate(case.meshes)):
+        return ToothPlaces(phases, placed, numbers)
     teeth: dict[str, float] = {}  # angle [rad] of tooth 0 of every gear that is reached
     for j, driver, driven in meshes_in_turn(case, teeth):
         mesh = case.meshes[j]
@@ -47,11 +53,15 @@ def tooth_places(case: "Case", centres: dict[str, tuple[float, float]], senses: 
             teeth[driver] = seen_1 + psi / z_1
         teeth.setdefault(driver, 0.0)
         psi = z_1 * (teeth[driver] - seen_1)
-        if mesh.contact == "pairs" and case.mesh_phases != "from_zero":
-            phases[j] = within_half_a_turn(psi) + mesh.phase
-        faced = seen_2 + mirrored * phases[j] / z_2 + half
+        if case.mesh_phases != "from_zero" and (mesh.contact == "pairs" or deviates(case, j)):
+            # A set gives its meshes of one stiffness the half pitch between a planet's flanks, which teeth have by themselves.
+            given = 0.0 if mesh.contact == "mesh" and isinstance(mesh, PlanetMesh) else mesh.phase
+            placed[j] = within_half_a_turn(psi) + given
+        if mesh.contact == "pairs":
+            phases[j] = placed[j]
+        faced = seen_2 + mirrored * placed[j] / z_2 + half
         teeth.setdefault(driven, faced)
-        one = round((seen_1 + phases[j] / z_1 - teeth[driver]) * z_1 / (2.0 * math.pi))
+        one = round((seen_1 + placed[j] / z_1 - teeth[driver]) * z_1 / (2.0 * math.pi))
         other = round((faced - teeth[driven]) * z_2 / (2.0 * math.pi))
         numbers[j] = (one % z_1, other % z_2)
-    return ToothPlaces(phases, numbers)
+    return ToothPlaces(phases, placed, numbers)

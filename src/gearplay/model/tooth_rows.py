@@ -28,22 +28,26 @@ WHOLE = (0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0)
 """Rows without a fault: nothing is missing, spall and chip begin beyond the tip."""
 
 
-def tooth_rows(case: "Case", name: str, stiffness: PathStiffness, which: int, member: int) -> Floats | None:
+def tooth_rows(
+    case: "Case", name: str, pair: GearPair, stiffness: PathStiffness | None, which: int, member: int
+) -> Floats | None:
     """Return the rows of all teeth of a gear, two flanks a tooth, the clockwise one first; None for perfect teeth.
 
     Parameters
     ----------
     case, name
         The gear as its mesh calls it.
+    pair
+        Its pair.
     stiffness
-        Of the pair, which cracks take from.
+        Of the pair, which cracks take from; None where no fault takes stiffness.
     which
         0 for the first gear of the pair, 1 for the second.
     member
         Number of the member, whose deviations are drawn.
 
     """
-    gear = (stiffness.pair.first, stiffness.pair.second)[which]
+    gear = (pair.first, pair.second)[which]
     deviating = _deviation_rows(case, name, gear, member)
     broken = [fault for _, fault in tooth_faults(case, name)]
     if not broken:
@@ -56,16 +60,22 @@ def tooth_rows(case: "Case", name: str, stiffness: PathStiffness, which: int, me
         flank = getattr(fault, "flank", "both")
         sides = [counter] * (flank != "right") + [1 - counter] * (flank != "left")
         for side in sides:
-            _add_fault(rows, fault, side, stiffness, which)
+            _add_fault(rows, fault, side, gear, stiffness, which)
     return rows.reshape(-1, 3)
 
 
 def _add_fault(
-    rows: Floats, fault: faults.GearFault, side: int, stiffness: PathStiffness, which: int
+    rows: Floats,
+    fault: faults.GearFault,
+    side: int,
+    gear: DrawnGear,
+    stiffness: PathStiffness | None,
+    which: int,
 ) -> None:
     """Write a fault of one flank into the rows [tooth, side, row, column]."""
     tooth = getattr(fault, "tooth", 0)
     if isinstance(fault, faults.CrackFault):
+        assert stiffness is not None, "validated"
         rows[tooth, side, 3] = _losses(stiffness, which, Crack(fault.depth, fault.angle))
     elif isinstance(fault, faults.ChipFault):
         rows[tooth, side, 2, 1:] = fault.height, fault.share
@@ -74,7 +84,6 @@ def _add_fault(
     elif isinstance(fault, faults.MissingToothFault):
         rows[tooth, side, 0, 0] += GONE
     elif isinstance(fault, faults.PitchFault):
-        gear = (stiffness.pair.first, stiffness.pair.second)[which]
         rows[tooth, side, 0, 0] += (1.0 - 2.0 * side) * math.cos(gear.transverse_angle) * fault.offset
     elif isinstance(fault, faults.WearFault):
         rows[:, side, 1, 0] += fault.depth
@@ -93,13 +102,15 @@ def _deviation_rows(case: "Case", name: str, gear: DrawnGear, member: int) -> Fl
     """Return rows (pitch, slope, form) [m] of material missing, two a tooth; None without deviations.
 
     A flank that stands counter-clockwise of its place has less material where the tooth lies on the counter-clockwise side of it.
+    Of helical gears pitch alone: profile deviations vary along their lines of contact.
     """
     given, zero = geometry.gear_of(case, name), np.zeros(gear.teeth)
     if given.quality is not None:
         seed = [case.run.seed, member, *geometry.full_name(case, name).encode()]
+        varying = float(gear.helix_angle == 0.0)
         drawn = draw_deviations(gear, given.quality, np.random.default_rng(seed))
         flanks = {
-            side: np.column_stack([each.pitch, zero + each.slope, zero + each.form])
+            side: np.column_stack([each.pitch, zero + varying * each.slope, zero + varying * each.form])
             for side, each in (("left", drawn.left), ("right", drawn.right))
         }
     elif given.deviations is not None:

@@ -1,4 +1,4 @@
-"""Faults of gears in meshes with pairs of teeth: cracks, chips, spalls, missing teeth, pitch errors, wear, eccentricity."""
+"""Faults of gears: cracks, chips, spalls, missing teeth, pitch errors, wear, eccentricity."""
 
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
@@ -34,7 +34,9 @@ class GearFault(PartFault):
     """Base of faults of a gear."""
 
     table: ClassVar[str] = "rotors"
-    needs_pairs: ClassVar[bool] = True
+    of_teeth: ClassVar[bool] = True  # else of the whole gear
+    needs_pairs: ClassVar[bool] = False  # as it takes stiffness from the pairs of a tooth
+    along_facewidth: ClassVar[bool] = False  # constant along oblique lines of contact too
 
     at: Annotated[GearName, Field(description="gear, as meshes call it: rotor or rotor.gear")]
 
@@ -62,6 +64,8 @@ class GearFault(PartFault):
 class CrackFault(GearFault):
     """A crack at the root of a tooth of an external gear; it takes stiffness from the pairs of that tooth."""
 
+    needs_pairs: ClassVar[bool] = True
+
     kind: Literal["crack"] = "crack"
     tooth: Tooth = 0
     depth: Annotated[float, Measure(q.LENGTH, "length of the crack from the fillet inwards", gt=0.0, le=0.1)]
@@ -82,6 +86,8 @@ class CrackFault(GearFault):
 
 class ChipFault(GearFault):
     """A chipped tip: the share of the facewidth that is lost above a height carries nothing."""
+
+    needs_pairs: ClassVar[bool] = True
 
     kind: Literal["chip"] = "chip"
     tooth: Tooth = 0
@@ -109,12 +115,17 @@ class SpallFault(GearFault):
 class MissingToothFault(GearFault):
     """A broken tooth: its pairs carry nothing."""
 
+    needs_pairs: ClassVar[bool] = True
+    along_facewidth: ClassVar[bool] = True
+
     kind: Literal["missing-tooth"] = "missing-tooth"
     tooth: Tooth = 0
 
 
 class PitchFault(GearFault):
     """A tooth out of its place."""
+
+    along_facewidth: ClassVar[bool] = True
 
     kind: Literal["pitch"] = "pitch"
     tooth: Tooth = 0
@@ -137,6 +148,6 @@ class EccentricityFault(GearFault):
     """An eccentric toothing; adds to the runout of the gear, in meshes of any contact."""
 
     kind: Literal["eccentricity"] = "eccentricity"
-    needs_pairs: ClassVar[bool] = False
+    of_teeth: ClassVar[bool] = False
     amount: Annotated[float, Measure(q.LENGTH, "eccentricity, half the indicator reading", gt=0.0, le=0.01)]
     phase: Annotated[float, Measure(q.ANGLE, "direction of the eccentricity at rotation 0")] = 0.0

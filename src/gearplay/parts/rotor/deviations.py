@@ -12,7 +12,7 @@ Quality = Annotated[
     Field(
         ge=1,
         le=11,
-        description="class of ISO 1328-1, for deviations drawn with run.seed, of meshes with pairs of teeth",
+        description="class of ISO 1328-1, for deviations drawn with run.seed",
     ),
 ]
 Position = Annotated[
@@ -62,3 +62,8 @@ class ToothDeviations(Part):
             description="flanks that have them; left is the counter-clockwise one of an external tooth, of a ring the other"
         ),
     ] = "both"
+
+    @property
+    def deviate(self) -> bool:
+        """Whether any of them differs from 0."""
+        return any((*self.pitch, *self.slope, *self.form))

@@ -123,6 +123,14 @@ class Toothing(Part):
         """Fields of the drawing that differ from their defaults."""
         return [name for name, info in Toothing.model_fields.items() if getattr(self, name) != info.default]
 
+    @property
+    def deviates(self) -> bool:
+        """Whether its teeth deviate from involutes in their places: relieved, drawn within a class or measured."""
+        relieved = self.tip_relief is not None and self.tip_relief.amount > 0.0
+        return (
+            relieved or self.quality is not None or (self.deviations is not None and self.deviations.deviate)
+        )
+
     def toothing(self) -> dict[str, Any]:
         """Return the fields of the drawing by name."""
         return {name: getattr(self, name) for name in Toothing.model_fields}

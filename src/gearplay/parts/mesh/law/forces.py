@@ -62,13 +62,15 @@ from gearplay.parts.mesh.geometry import (
     store_angles,
 )
 from gearplay.parts.mesh.law.friction import add_friction, fill_sliding, friction_loss
-from gearplay.parts.mesh.law.record import BACK, DRIVE, KIND, SEGMENT, SHOWN
+from gearplay.parts.mesh.law.record import BACK, DRIVE, KIND, SHOWN
+from gearplay.parts.mesh.pairs.envelope import press_envelope
 from gearplay.parts.mesh.pairs.forces import (
     add_pair_forces,
     deepest_overlaps,
     pairs_stay_open,
     press_pairs,
 )
+from gearplay.parts.mesh.pairs.record import SEGMENT
 from gearplay.parts.mesh.tooth_stiffness import mesh_stiffness, stiffness_slope
 
 
@@ -81,6 +83,15 @@ def damping_rate(mesh: Any, flank: int, out: Floats) -> float:
 
 
 @compiled_inline
+def press(system: System, n: int, mesh: Any, branch: Branch, loads: Loads) -> None:
+    """Fill the rows of the contact table of mesh n and the sums over its pairs of teeth, `mesh_geometry` in the scratch."""
+    if mesh.envelope == 1:
+        press_envelope(system, n, branch, loads)
+    else:
+        press_pairs(system, n, branch, loads)
+
+
+@compiled_inline
 def contact_kinematics(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
     """Fill mesh n's two rows of the contact table at (t, y); return 1 where it cannot mesh."""
     out, contacts, modes = loads.out, loads.contacts, branch.modes
@@ -88,7 +99,7 @@ def contact_kinematics(system: System, n: int, t: float, y: Floats, branch: Bran
         return 1
     mesh = system.records[KIND][n]
     if mesh.pairs > 0:
-        press_pairs(system, n, branch, loads)
+        press(system, n, mesh, branch, loads)
         return 0
     segment = modes[mesh.mode + SEGMENT]
     if mesh.error_count == 0:
@@ -241,7 +252,7 @@ def mesh_powers(system: System, n: int, y: Floats, branch: Branch, loads: Loads)
     """
     mesh, out, modes = system.records[KIND][n], loads.out, branch.modes
     if mesh.pairs > 0:
-        press_pairs(system, n, branch, loads)
+        press(system, n, mesh, branch, loads)
         return out[PAIRS_LOST], out[PAIRS_PUT_IN]
     fill_psi(mesh, branch.memory, out)
     k_mesh = mesh_stiffness(mesh, system, out[PSI], out[COS_PSI], out[SIN_PSI], modes[mesh.mode + SEGMENT])

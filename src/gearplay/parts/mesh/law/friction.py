@@ -16,7 +16,7 @@ from typing import Any
 from gearplay.kernels.arrays import Floats, Ints, Rows
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.layout import FORCE, FORCE_X, OPEN, Loads, System, spin_of, vx_of, vy_of
+from gearplay.kernels.layout import FORCE, OPEN, Loads, System, spin_of, vx_of, vy_of
 from gearplay.kernels.smooth_sign import smooth_sign
 from gearplay.parts.mesh.geometry import (
     ARM_A_X,
@@ -30,10 +30,9 @@ from gearplay.parts.mesh.geometry import (
     N_D_Y,
     PSI,
 )
-from gearplay.parts.mesh.law.record import DRIVE, KIND, PAIR, SENSE
-
-SLIDING = FORCE_X
-"""Column of a flank's row of the contact table: sliding speed s [m/s]."""
+from gearplay.parts.mesh.law.record import DRIVE, KIND
+from gearplay.parts.mesh.pairs.friction import SLIDING
+from gearplay.parts.mesh.pairs.record import PAIR, SENSE
 
 
 @compiled_inline
@@ -119,22 +118,22 @@ def sense_of(mesh: Any, sliding: float) -> int:
 
 
 @compiled_inline
-def sense_switch(mesh: Any, flank: int, modes: Ints, contacts: Rows) -> float:
-    """Return how far [m/s] a flank's sliding speed is beyond the edge of its sense; negative where it is open."""
-    if modes[mesh.contact + flank] == OPEN:
+def sense_switch(mesh: Any, c: int, modes: Ints, contacts: Rows) -> float:
+    """Return how far [m/s] the sliding speed of contact c is beyond the edge of its sense; negative where it is open."""
+    if modes[mesh.contact + c] == OPEN:
         return -1.0
-    sliding, sense = contacts[mesh.contact + flank, SLIDING], modes[mesh.mode + SENSE + flank]
+    sliding, sense = contacts[mesh.contact + c, SLIDING], modes[mesh.mode + SENSE + c]
     return abs(sliding) - mesh.friction_speed if sense == 0 else mesh.friction_speed - sense * sliding
 
 
 @compiled_inline
-def switch_sense(mesh: Any, flank: int, modes: Ints, contacts: Rows) -> None:
-    """Pass the edge of a flank's sense."""
-    slot = mesh.mode + SENSE + flank
+def switch_sense(mesh: Any, c: int, modes: Ints, contacts: Rows) -> None:
+    """Pass the edge of the sense of contact c."""
+    slot = mesh.mode + SENSE + c
     if modes[slot] != 0:
         modes[slot] = 0
     else:
-        modes[slot] = 1 if contacts[mesh.contact + flank, SLIDING] > 0.0 else -1
+        modes[slot] = 1 if contacts[mesh.contact + c, SLIDING] > 0.0 else -1
 
 
 @compiled_once

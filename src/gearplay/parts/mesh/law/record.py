@@ -11,7 +11,7 @@ from gearplay.parts.mesh.geometry import (
     FRESH,
     MESH,
 )
-from gearplay.parts.mesh.pairs.record import PAIR_FIELDS
+from gearplay.parts.mesh.pairs.record import PAIR_FIELDS, SENSE
 
 KIND = MESH
 RECORD = np.dtype(
@@ -105,13 +105,12 @@ SHOWN = len(SIGNALS)
 MEMORY = FRESH
 PER_CONTACT = 3  # switches: touch, pull, end of the damping ramp
 
-# Modes of its own: 1 for each flank beyond the damping ramp; half-waves passed by a square wave; pair of teeth whose sliding
-# friction opposes; for each flank the sense of its sliding, 0 while it is slower than ``friction_speed``.
 DRIVE, BACK = 0, 1
-SEGMENT, PAIR, SENSE = 2, 3, 4
-MODES = 6
+# Modes of its own: 1 for each flank beyond the damping ramp, those of `pairs.record`; of pairs of teeth a sense for each contact.
+MODES = SENSE + 2
 # Switches: of each flank touch, pull and the ramp's end; then the edge of the square wave, if any; then, with friction, the
-# hand-over to the next pair and for each flank the edge of the band in which its sliding is slower than ``friction_speed``.
+# hand-over to the next pair, with an envelope instead for each flank that to the next lead; then for each contact, with friction,
+# the edge of the band in which its sliding is slower than ``friction_speed``. Pairs of teeth have those of contacts alone.
 EDGE = 2 * PER_CONTACT
 
 

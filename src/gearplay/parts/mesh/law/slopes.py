@@ -44,13 +44,11 @@ from gearplay.parts.mesh.geometry import (
 )
 from gearplay.parts.mesh.law.forces import contact_kinematics, damping_rate
 from gearplay.parts.mesh.law.friction import SLIDING, lever_arms
-from gearplay.parts.mesh.law.record import BACK, EDGE, KIND, PAIR, PER_CONTACT, SEGMENT
-from gearplay.parts.mesh.pairs.slopes import (
-    PAIR_SLOPES,
-    add_pair_change,
-    linearise_pairs,
-    pair_crossing,
-)
+from gearplay.parts.mesh.law.record import BACK, EDGE, KIND, PER_CONTACT
+from gearplay.parts.mesh.law.switches import next_pair_switch
+from gearplay.parts.mesh.pairs.changes import add_pair_change, lead_crossing, pair_crossing
+from gearplay.parts.mesh.pairs.record import PAIR, SEGMENT
+from gearplay.parts.mesh.pairs.slopes import PAIRS, linearise_envelope, linearise_pairs
 from gearplay.parts.mesh.slope_columns import (
     DV_X,
     DV_Y,
@@ -86,7 +84,7 @@ GRIP, GRIP_SLOPE, Q_A, Q_B = range(4)
 COLUMNS = 4
 RUBBING = FLANK + 2 * FLANK_SLOPES
 S_LENGTH = RUBBING + 2 * COLUMNS
-SLOPES = max(S_LENGTH + 1, PAIR_SLOPES)
+SLOPES = max(S_LENGTH + 1, PAIRS)
 
 
 @compiled_once
@@ -109,6 +107,8 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
     row[DV_Y] = y[vy_of(system, b)] + spin_b * out[ARM_B_X] - (y[vy_of(system, a)] + spin_a * out[ARM_A_X])
     if mesh.pairs > 0:
         linearise_pairs(system, n, branch, loads, row)
+        if mesh.envelope == 1:
+            linearise_envelope(system, n, branch, loads, row)
         return 0
     cos_psi, sin_psi = out[COS_PSI], out[SIN_PSI]
     _, _, row[ERROR_1] = harmonics(system.terms, mesh.error_start, mesh.error_count, cos_psi, sin_psi)
@@ -218,6 +218,11 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
     mesh = system.records[KIND][n]
     if mesh.pairs > 0:
         d_x, d_y, v_x, v_y, psi, psi_rate = _mesh_changes(system, mesh, row, z)
+        first = next_pair_switch(mesh)
+        if mesh.envelope == 1 and s >= first:
+            return lead_crossing(system, n, s - first, row, z, d_x, d_y, v_x, v_y, psi, psi_rate)
+        if mesh.envelope == 1 and s >= EDGE:
+            return psi, psi_rate, row[S_PSI_RATE]
         return pair_crossing(system, n, s // PER_CONTACT, row, z, d_x, d_y, v_x, v_y, psi, psi_rate)
     if s >= EDGE:
         _, _, _, _, psi, psi_rate = _mesh_changes(system, mesh, row, z)

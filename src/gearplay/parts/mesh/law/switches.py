@@ -22,6 +22,7 @@ from gearplay.kernels.layout import (
 from gearplay.parts.mesh.flank import NOT_LOCATED, ON_RAMP, PAST_RAMP, RAMP_CONSTANT, RAMP_SMOOTH
 from gearplay.parts.mesh.geometry import (
     is_printed,
+    mesh_geometry,
     mesh_phase,
 )
 from gearplay.parts.mesh.law.friction import (
@@ -38,12 +39,10 @@ from gearplay.parts.mesh.law.record import (
     DRIVE,
     EDGE,
     KIND,
-    PAIR,
     PER_CONTACT,
-    SEGMENT,
-    SENSE,
 )
-from gearplay.parts.mesh.pairs.record import FLANKS
+from gearplay.parts.mesh.pairs.envelope import LAG, deepest_slot, press_envelope
+from gearplay.parts.mesh.pairs.record import FLANKS, LEAD, PAIR, SEGMENT, SENSE
 from gearplay.parts.mesh.tooth_stiffness import (
     STIFFNESS_SQUARE,
     square_edge,
@@ -53,8 +52,16 @@ from gearplay.parts.mesh.tooth_stiffness import (
 
 @compiled_inline
 def next_pair_switch(mesh: Any) -> int:
-    """Return the index of the switch to the next pair of teeth; the switches of the flanks' sliding senses follow it."""
+    """Return the index of the switch to the next pair of teeth, with an envelope of the drive flank's to its next lead."""
     return EDGE + 1 if mesh.stiffness_kind == STIFFNESS_SQUARE else EDGE
+
+
+@compiled_inline
+def first_sense_switch(mesh: Any) -> int:
+    """Return the index of the first of the switches of the contacts' sliding senses."""
+    if mesh.pairs > 0 and mesh.envelope == 0:
+        return int(PER_CONTACT * mesh.contacts)
+    return next_pair_switch(mesh) + (FLANKS if mesh.envelope == 1 else 1)
 
 
 @compiled_inline
@@ -71,16 +78,19 @@ def edges_of(mesh: Any, s: int, modes: Ints) -> tuple[int, float, float]:
 def own_switch(system: System, n: int, s: int, t: float, y: Floats, branch: Branch, loads: Loads) -> float:
     """Return a switch function of mesh n that is neither touch nor pull.
 
-    The end of a flank's damping ramp [m], an edge of the square wave or the hand-over of friction's pair [rad], or the edge of
-    the sense of a flank's sliding [m/s].
+    The end of a flank's damping ramp [m], an edge of the square wave or the hand-over of friction's pair [rad], the overlap of a
+    flank's next pair over that of its lead [m], or the edge of the sense of a contact's sliding [m/s].
     """
     modes = branch.modes
     mesh = system.records[KIND][n]
-    if mesh.pairs > 0:
+    first = first_sense_switch(mesh)
+    if s >= first:
+        return sense_switch(mesh, s - first, modes, loads.contacts)
+    if mesh.pairs > 0 and mesh.envelope == 0:
         return -1.0
-    first = next_pair_switch(mesh)
-    if s > first:
-        return sense_switch(mesh, s - first - 1, modes, loads.contacts)
+    if mesh.envelope == 1 and s >= next_pair_switch(mesh):
+        k = mesh.contact + s - next_pair_switch(mesh)
+        return -1.0 if modes[k] == OPEN else loads.contacts[k, LAG]
     if s >= EDGE:
         psi, _ = mesh_phase(mesh, system, t, y)
         _, low, high = edges_of(mesh, s, modes)
@@ -103,15 +113,19 @@ def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
     """Change the mode that switch s of mesh n guards, its rows of the contact table filled."""
     modes = branch.modes
     mesh = system.records[KIND][n]
-    first = next_pair_switch(mesh)
-    if s > first:
-        switch_sense(mesh, s - first - 1, modes, loads.contacts)
+    first = first_sense_switch(mesh)
+    if s >= first:
+        switch_sense(mesh, s - first, modes, loads.contacts)
+        return
+    if mesh.envelope == 1 and s >= next_pair_switch(mesh):
+        flank = s - next_pair_switch(mesh)
+        find_lead(system, n, flank, modes[mesh.mode + LEAD + flank], t, y, branch, loads)
         return
     if s >= EDGE:
         psi, _ = mesh_phase(mesh, system, t, y)
         slot, low, high = edges_of(mesh, s, modes)
         step = 1 if psi > 0.5 * (low + high) else -1
-        if s == first:
+        if s == next_pair_switch(mesh):
             change_pair(system, n, modes[slot] + step, y, modes, loads.contacts)
         else:
             modes[slot] += step
@@ -120,11 +134,26 @@ def switch_own(system: System, n: int, s: int, t: float, y: Floats, branch: Bran
     modes[slot] = 1 - modes[slot]
 
 
+@compiled_once
+def find_lead(
+    system: System, n: int, flank: int, other: int, t: float, y: Floats, branch: Branch, loads: Loads
+) -> None:
+    """Let a flank's deepest pair but that in slot ``other`` be its lead, -1 for all; its rows of the contact table follow."""
+    mesh = system.records[KIND][n]
+    if mesh_geometry(system, n, t, y, branch.memory, loads.out) != 0:
+        return
+    branch.modes[mesh.mode + LEAD + flank] = deepest_slot(mesh, system, loads.out, flank, other)[0]
+    press_envelope(system, n, branch, loads)
+    if mesh.friction > 0.0:
+        sliding = loads.contacts[mesh.contact + flank, SLIDING]
+        branch.modes[mesh.mode + SENSE + flank] = sense_of(mesh, sliding)
+
+
 @compiled_inline
 def _settle_phase(system: System, n: int, t: float, y: Floats, modes: Ints, contacts: Rows) -> None:
     """Set the segment of mesh n's square wave, friction's pair and senses from the state; while it is open they are not kept."""
     mesh = system.records[KIND][n]
-    if mesh.friction > 0.0:
+    if mesh.friction > 0.0 and mesh.envelope == 0:
         psi, _ = mesh_phase(mesh, system, t, y)
         change_pair(system, n, pair_of(mesh, psi), y, modes, contacts)
     if mesh.stiffness_kind == STIFFNESS_SQUARE:
@@ -136,10 +165,16 @@ def _settle_phase(system: System, n: int, t: float, y: Floats, modes: Ints, cont
 def initialise(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> None:
     """Set mesh n's own modes from the state alone, its rows of the contact table filled."""
     mesh = system.records[KIND][n]
-    if mesh.pairs > 0:
+    if mesh.pairs > 0 and mesh.envelope == 0:
+        if mesh.friction > 0.0:
+            for c in range(mesh.contacts):
+                sliding = loads.contacts[mesh.contact + c, SLIDING]
+                branch.modes[mesh.mode + SENSE + c] = sense_of(mesh, sliding)
         return
     depth = mesh.depth
     for flank in range(2):
+        if mesh.envelope == 1:
+            find_lead(system, n, flank, -1, t, y, branch, loads)
         past = loads.contacts[mesh.contact + flank, PENETRATION] > depth
         branch.modes[mesh.mode + flank] = PAST_RAMP if past else ON_RAMP
     _settle_phase(system, n, t, y, branch.modes, loads.contacts)
@@ -149,7 +184,7 @@ def initialise(system: System, n: int, t: float, y: Floats, branch: Branch, load
 def locate_kinks(system: System, n: int, located: bool, branch: Branch, loads: Loads, g: Floats) -> None:
     """Set modes and switches of the smooth ramps of mesh n's flanks by the penetrations in ``loads``."""
     mesh, modes = system.records[KIND][n], branch.modes
-    if mesh.C_m == 0.0 or mesh.ramp != RAMP_SMOOTH or mesh.pairs > 0:
+    if mesh.C_m == 0.0 or mesh.ramp != RAMP_SMOOTH or (mesh.pairs > 0 and mesh.envelope == 0):
         return
     for flank in range(2):
         slot, at = mesh.mode + flank, mesh.switch + PER_CONTACT * flank + PER_CONTACT - 1
@@ -166,14 +201,18 @@ def initialise_touch(
 ) -> None:
     """Set what the touch of contact k begins with: its ramp and sense, and what follows the phase if the mesh was open."""
     mesh = system.records[KIND][n]
-    if mesh.pairs > 0:
-        return
     modes = branch.modes
     flank = k - mesh.contact
+    if mesh.pairs > 0 and mesh.envelope == 0:
+        if mesh.friction > 0.0:
+            modes[mesh.mode + SENSE + flank] = sense_of(mesh, loads.contacts[k, SLIDING])
+        return
     modes[mesh.mode + flank] = ON_RAMP
+    if mesh.envelope == 1:
+        find_lead(system, n, flank, -1, t, y, branch, loads)
     if modes[mesh.contact + 1 - flank] == OPEN:
         _settle_phase(system, n, t, y, modes, loads.contacts)
-    elif mesh.friction > 0.0:
+    elif mesh.friction > 0.0 and mesh.envelope == 0:
         modes[mesh.mode + SENSE + flank] = sense_of(mesh, loads.contacts[k, SLIDING])
 
 
@@ -259,15 +298,15 @@ def may_return(
     modes, start, end = branch.modes, loads_0.contacts, loads.contacts
     mesh = system.records[KIND][n]
     at = mesh.switch + s
-    if mesh.pairs > 0:
+    if s >= first_sense_switch(mesh) or (mesh.envelope == 1 and s >= next_pair_switch(mesh)):
+        return False  # friction and the envelope are continuous there
+    if mesh.pairs > 0 and mesh.envelope == 0:
         k = mesh.contact + s // PER_CONTACT
         if s % PER_CONTACT != PULL or s < EDGE or mesh.C_m == 0.0:
             return False
         if mesh.ramp == RAMP_CONSTANT:
             return _may_change_constant(system, mesh, s, k, h, start, end, g_0, g_1, stages)
         return g_0[at] < 0.0 and _may_change_pull(mesh, k, modes[k], start, end)
-    if s > next_pair_switch(mesh):
-        return False  # friction itself is continuous there
     if s >= EDGE:
         # A function with |g''| <= M rises by at most M h^2 / 8 above its ends; twice that, as M is of the stages.
         return max(g_0[at], g_1[at]) + 0.25 * h * h * _phase_curvature(system, mesh, stages) > 0.0
@@ -307,7 +346,7 @@ def jump_of_pairs(mesh: Any, before: Ints, modes: Ints) -> int:
 def jump(system: System, n: int, before: Ints, modes: Ints) -> int:
     """Return the switch at which mesh n's force has just jumped, by its modes before and now; -1 for none."""
     mesh = system.records[KIND][n]
-    if mesh.pairs > 0:
+    if mesh.pairs > 0 and mesh.envelope == 0:
         return jump_of_pairs(mesh, before, modes)
     k, found = mesh.contact, -1
     constant = mesh.ramp == RAMP_CONSTANT and mesh.C_m > 0.0
@@ -324,6 +363,12 @@ def jump(system: System, n: int, before: Ints, modes: Ints) -> int:
         if closed and before[mesh.mode + SEGMENT] != modes[mesh.mode + SEGMENT]:
             found = edge
         edge += 1
+    if mesh.envelope == 1:
+        for flank in range(FLANKS):
+            slot, touches = mesh.mode + LEAD + flank, before[k + flank] != OPEN and modes[k + flank] != OPEN
+            if touches and before[slot] != modes[slot]:
+                found = edge + flank
+        return found
     if mesh.friction > 0.0 and closed and before[mesh.mode + PAIR] != modes[mesh.mode + PAIR]:
         found = edge
     return found

@@ -46,6 +46,7 @@ from gearplay.parts.mesh.geometry import (
     SPIN_1,
     SPIN_2,
 )
+from gearplay.parts.mesh.pairs.friction import SLIDING, arms_of, grip_of, sliding_of
 from gearplay.parts.mesh.pairs.overlap import (
     AWAY,
     STEEP,
@@ -97,11 +98,13 @@ def press_pairs(system: System, n: int, branch: Branch, loads: Loads) -> None:
             rate, worn, rate_1, rate_2 = overlap_rate(mesh, out, flank, pair)
             moving = penetration_rate(pair, rate, rate_1)
             contacts[k, PENETRATION], contacts[k, RATE] = pair.penetration, moving
-            contacts[k, MARGIN], contacts[k, FORCE] = 1.0, 0.0
+            contacts[k, MARGIN], contacts[k, FORCE], contacts[k, SLIDING] = 1.0, 0.0, 0.0
             if pair.touching != AWAY:
                 p = pair.p
                 force, margin, stiffness, k_1, k_2 = pair_force(mesh, system, flank, pair, rate)
                 contacts[k, MARGIN] = margin
+                if mesh.friction > 0.0:
+                    contacts[k, SLIDING] = sliding_of(mesh, out, flank, pair)
                 if modes[k] == LOADED:
                     contacts[k, FORCE] = force
                     total += force
@@ -111,12 +114,19 @@ def press_pairs(system: System, n: int, branch: Branch, loads: Loads) -> None:
                 if modes[k] != OPEN:
                     force = contacts[k, FORCE]
                     lost += (force - stiffness * p) * rate
+                    if mesh.friction > 0.0 and force > 0.0:
+                        s_a, s_1, s_2 = arms_of(mesh, out, pair)
+                        grip = force * grip_of(mesh, contacts[k, SLIDING])[0]
+                        pull_a += grip * s_a
+                        pull_1 += m * grip * s_1
+                        pull_2 += m * grip * s_2
+                        lost += grip * contacts[k, SLIDING]
                     put_in += force * (error_rate - worn) + 0.5 * (k_1 * rate_1 + k_2 * rate_2) * p * p
             if pair.penetration > deepest:
                 deepest, its_rate = pair.penetration, moving
         k = mesh.contact + flank
         contacts[k, PENETRATION], contacts[k, RATE] = deepest, its_rate
-        contacts[k, MARGIN], contacts[k, FORCE] = 1.0, total
+        contacts[k, MARGIN], contacts[k, FORCE], contacts[k, SLIDING] = 1.0, total, 0.0
     out[PULL_A], out[PULL_1], out[PULL_2] = pull_a, pull_1, pull_2
     out[PAIRS_LOST], out[PAIRS_PUT_IN] = lost, put_in
 

@@ -88,7 +88,7 @@ def place_of_pair(mesh: Any, out: Floats, flank: int, slot: int, alpha: float) -
     offset = 0.0
     if mesh.ring_drives == 1:
         teeth, base, offset = mesh.teeth_2, mesh.base_2, 0.5
-    pitches = sense(mesh, flank) * (out[PSI] - teeth * out[PHI]) / TWO_PI + offset
+    pitches = sense(mesh, flank) * (out[PSI] + mesh.pair_phase - teeth * out[PHI]) / TWO_PI + offset
     first = mesh.base_pitch * pitches + base * (mesh.half_angle + alpha)
     ahead = (first - mesh.shift - mesh.middle) / mesh.base_pitch + slot
     turns = math.floor((ahead + 0.5 * mesh.pairs) / mesh.pairs)

@@ -2,7 +2,7 @@
 
 The contacts of a mesh with pairs are its two flanks, then ``pairs`` slots of the drive flank and as many of the back flank. Teeth
 take the slots in turn: pair j has slot j modulo ``pairs``, and changes it far from contact. A flank touches while one of its
-pairs does.
+pairs does. With an ``envelope`` the flanks are the only contacts (`pairs.envelope`).
 """
 
 from typing import Final
@@ -10,8 +10,9 @@ from typing import Final
 FLANKS: Final = 2
 SPARE: Final = 2
 """Slots beyond the largest number of pairs between the ends of the path."""
-MOST: Final = 6
-"""Most slots of a flank."""
+SEGMENT, PAIR, LEAD, SENSE = 2, 3, 4, 6
+"""Modes of a mesh behind those of the damping ramps: half-waves passed by a square wave; pair of teeth whose sliding friction
+opposes; slot of each flank's lead; for each contact the sense of its sliding, 0 while it is slower than ``friction_speed``."""
 TABLE_COLUMNS: Final = 5
 
 GEAR_FIELDS: Final = (
@@ -32,11 +33,13 @@ GEAR_FIELDS: Final = (
 """Of each gear of the pair, the first external, with the endings ``_1`` and ``_2``."""
 
 PAIR_FIELDS: Final = (
-    ("pairs", "i8"),  # slots of each flank, 0 for one stiffness of the mesh
+    ("pairs", "i8"),  # slots of each flank, 0 for one stiffness of a mesh without deviations
+    ("envelope", "i8"),  # 1 where one stiffness acts on the deepest pair of each flank
     ("ring_drives", "i8"),
     ("corners", "i8"),  # 1 where tips touch beyond the path
     ("fades", "i8"),  # 1 where damping follows the stiffness of the pair, as along oblique lines of contact
     ("base_pitch", "f8"),  # m
+    ("pair_phase", "f8"),  # rad, phase of the teeth in their places less the mesh phase
     (
         "half_angle",
         "f8",
