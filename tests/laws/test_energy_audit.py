@@ -12,7 +12,7 @@ from gearplay.parts.joining import JoinedRows
 from gearplay.solver.trajectory import Trajectory
 
 LAWS = ("lankarani-nikravesh", "hunt-crossley", "flores", "gonthier")
-K_PLAY, K_LATERAL, K_SUPPORT = 300.0, 5e6, (2e7, 3e7)
+K_PLAY, K_LATERAL, K_SUPPORT, K_CUBIC = 300.0, 5e6, (2e7, 3e7), 1e16
 
 
 def system(seed: int) -> Document:
@@ -83,7 +83,13 @@ def system(seed: int) -> Document:
                 "lateral_damping": draw(0.0, 50.0),
             },
         ],
-        "supports": {"flywheel": {"stiffness": list(K_SUPPORT), "damping": [draw(0.0, 90.0), 30.0]}},
+        "supports": {
+            "flywheel": {
+                "stiffness": list(K_SUPPORT),
+                "cubic_stiffness": K_CUBIC,
+                "damping": [draw(0.0, 90.0), 30.0],
+            }
+        },
         "meshes": [
             {
                 "driver": "pinion",
@@ -138,6 +144,7 @@ def elastic(run: Trajectory, document: Document) -> Floats:
     for word, stiffness in zip(("x", "y"), K_SUPPORT, strict=True):
         away = run.signal(word, "flywheel")
         total += 0.5 * stiffness * away**2 + 0.5 * K_LATERAL * (run.signal(word, "wheel") - away) ** 2
+    total += 0.25 * K_CUBIC * (run.signal("x", "flywheel") ** 2 + run.signal("y", "flywheel") ** 2) ** 2
     stiffness = 5e7 + 5e6 * np.cos(20.0 * run.signal("theta", "pinion"))
     for flank in ("drive", "back"):
         depth = np.maximum(run.signal(f"{flank}_penetration", "pinion-wheel"), 0.0)
