@@ -235,4 +235,4 @@ def observe(
     if whirl != 0.0:
         row[at + 3] += whirl * (out[ACROSS] * along - out[ALONG] * across)
     row[at + 3] += support.torsional_damping * spin * spin
-    row[at + 4] = math.hypot(out[ALONG], out[ACROSS])
+    row[at + 4] = math.sqrt(out[ALONG] * out[ALONG] + out[ACROSS] * out[ACROSS])
