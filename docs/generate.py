@@ -14,6 +14,7 @@ SCRIPTS = (
     "write_reference.py",
     "write_case_file.py",
     "write_commands.py",
+    "write_variables.py",
 )
 
 PUBLISHED = "<!-- published numbers -->"

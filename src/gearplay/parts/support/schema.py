@@ -7,7 +7,6 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from gearplay.parts.assembly import LENGTH_SCALE, blank
-from gearplay.parts.bearing.details import OwnMeasure
 from gearplay.parts.joining import ROTATION
 from gearplay.parts.protocol import Holder, Packing
 from gearplay.parts.support import law
@@ -79,9 +78,7 @@ class Support(Holder):
     ] = (0.0, 0.0)
     cubic_stiffness: Annotated[
         float,
-        OwnMeasure(
-            CUBIC_STIFFNESS, "k3 of the force k3 r^2 per displacement r of the centre", ge=0.0, le=1e24
-        ),
+        Measure(CUBIC_STIFFNESS, "k3 of the force k3 r^2 per displacement r of the centre", ge=0.0, le=1e24),
         Field(exclude_if=is_absent),
     ] = 0.0
     torsional_stiffness: Annotated[
