@@ -65,6 +65,7 @@ def potential(packed: Packed, y: Floats) -> float:
             e += offset - y[3 * b : 3 * b + 2]
             e = np.array([c * e[0] + s * e[1], -s * e[0] + c * e[1]]) - offset
         total += 0.5 * (each.stiffness_x * e[0] ** 2 + each.stiffness_y * e[1] ** 2)
+        total += 0.5 * (each.stiffness_xy + each.stiffness_yx) * e[0] * e[1]
         total += 0.25 * each.cubic_stiffness * float(e @ e) ** 2
         total += 0.5 * each.torsional_stiffness * (turn - base) ** 2
     return total

@@ -176,7 +176,9 @@ class Coupling(Joint):
             switches=1 if stages else 0,
             hides=self.torsional_damping > 0.0,
         )
-        if self.play == 0.0 and not stages:
+        if stages:  # no closed form, nor one of its lateral part alone
+            return
+        if self.play == 0.0:
             twist = {record.a: 1.0, record.b: -self.ratio}
             assembly.join(ROTATION, twist, stiffness, self.torsional_damping)
         if self.bends:
