@@ -165,6 +165,7 @@ def test_cubic__swing_and_period_are_those_of_the_duffing_oscillator(
     assert len(crossings) > 5
     assert period == pytest.approx(expected, rel=1e-7)
     away = np.hypot(*found)
+    assert np.allclose(run.signal("support_deflection", "disc"), away, rtol=1e-12, atol=0.0)
     assert np.allclose(
         run.signal("support_force_x", "disc"), -(stiffness + cubic * away**2) * found[0], rtol=1e-12
     )
@@ -204,10 +205,12 @@ def test_a_matrix_along_the_axes_is_the_two_numbers() -> None:
         ({"stiffness": [[1e6, 0.0], [0.0]]}, r"supports.disc.stiffness.1.*must have 2 items"),
         ({"stiffness": [[1e6, 0.0], 2e6]}, r"supports.disc.stiffness.1.*must be a list of 2 items"),
         ({"stiffness": [-1e6, 1e6]}, r"supports.disc.stiffness.0.*0 N/m or more"),
+        ({"cubic_stiffness": "-1 N/m^3"}, r"disc.cubic_stiffness = .-1 N/m\^3.: must be 0 N/m\^3 or more"),
+        ({"cubic_stiffness": "1 N/m"}, r"disc.cubic_stiffness = .1 N/m.: is not a cubic stiffness"),
         ({"stiffness": [[1e6, "3 mm"], [0.0, 1e6]]}, r"supports.disc.stiffness.0.1"),
     ],
 )
-def test_a_bad_matrix_is_refused(support: Document, text: str) -> None:
+def test_a_bad_stiffness_is_refused(support: Document, text: str) -> None:
     with pytest.raises(InputError, match=text):
         load_case(disc(**support))
 
@@ -251,6 +254,7 @@ def test_a_carried_support_keeps_momentum_and_energy(measured: Measured) -> None
     measured("support on a carrier: momentum and energy, relative", worst, "1e-9")
     assert worst < 1e-9
     assert np.ptp(stretch[0]) > 1e-5
+    assert np.allclose(run.signal("support_deflection", "disc"), np.hypot(*stretch), rtol=1e-9, atol=1e-16)
 
 
 @pytest.mark.parametrize("flying", [True, False])

@@ -13,7 +13,7 @@ from gearplay.solver.trajectory import Trajectory
 
 LAWS = ("lankarani-nikravesh", "hunt-crossley", "flores", "gonthier")
 K_STOP = 900.0  # of a stop in parallel to a coupling, beyond its play
-K_PLAY, K_LATERAL, K_SUPPORT, K_CUBIC = 300.0, 5e6, (2e7, 3e7), 1e16
+K_PLAY, K_LATERAL, K_SUPPORT = 300.0, 5e6, (2e7, 3e7)
 
 
 def system(seed: int) -> Document:
@@ -90,13 +90,7 @@ def system(seed: int) -> Document:
                 "play": 1e-3,
             },
         ],
-        "supports": {
-            "flywheel": {
-                "stiffness": list(K_SUPPORT),
-                "cubic_stiffness": K_CUBIC,
-                "damping": [draw(0.0, 90.0), 30.0],
-            }
-        },
+        "supports": {"flywheel": {"stiffness": list(K_SUPPORT), "damping": [draw(0.0, 90.0), 30.0]}},
         "meshes": [
             {
                 "driver": "pinion",
@@ -152,7 +146,6 @@ def elastic(run: Trajectory, document: Document) -> Floats:
     for word, stiffness in zip(("x", "y"), K_SUPPORT, strict=True):
         away = run.signal(word, "flywheel")
         total += 0.5 * stiffness * away**2 + 0.5 * K_LATERAL * (run.signal(word, "wheel") - away) ** 2
-    total += 0.25 * K_CUBIC * (run.signal("x", "flywheel") ** 2 + run.signal("y", "flywheel") ** 2) ** 2
     stiffness = 5e7 + 5e6 * np.cos(20.0 * run.signal("theta", "pinion"))
     for flank in ("drive", "back"):
         depth = np.maximum(run.signal(f"{flank}_penetration", "pinion-wheel"), 0.0)

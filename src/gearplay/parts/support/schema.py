@@ -124,8 +124,9 @@ class Support(Holder):
 
     @property
     def axial_stiffness(self) -> tuple[float, float]:
-        """Stiffness along x and y [N/m], the diagonal of the matrix."""
-        return self.stiffness_matrix[0][0], self.stiffness_matrix[1][1]
+        """Stiffness along x and y [N/m], that of the cubic spring at a natural displacement, for drawings."""
+        cubic = self.cubic_stiffness * LENGTH_SCALE**2
+        return self.stiffness_matrix[0][0] + cubic, self.stiffness_matrix[1][1] + cubic
 
     def frees_centre(self) -> bool:
         """Return whether it has a stiffness along x or y, 0 included, or a cubic one."""
