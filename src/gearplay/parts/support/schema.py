@@ -78,7 +78,12 @@ class Support(Holder):
     ] = (0.0, 0.0)
     cubic_stiffness: Annotated[
         float,
-        Measure(CUBIC_STIFFNESS, "k3 of the force k3 r^2 per displacement r of the centre", ge=0.0, le=1e24),
+        Measure(
+            CUBIC_STIFFNESS,
+            "k3 of the restoring force k3 r^3 at a displacement r of the centre",
+            ge=0.0,
+            le=1e24,
+        ),
         Field(exclude_if=is_absent),
     ] = 0.0
     torsional_stiffness: Annotated[
