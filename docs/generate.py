@@ -15,6 +15,7 @@ SCRIPTS = (
     "write_reference.py",
     "write_case_file.py",
     "write_commands.py",
+    "write_variables.py",
 )
 
 TABLES = {"<!-- published numbers -->": "write_validation", "<!-- mean stiffness -->": "write_stiffness"}

@@ -19,7 +19,7 @@ from gearplay.cli.main import WORDS, run
 from gearplay.model.toml_files import parse_toml, write_toml
 
 ROOT = Path(__file__).resolve().parents[1]
-MADE = {"case-file.md", "commands.md", "reference.md"}
+MADE = {"case-file.md", "commands.md", "reference.md", "variables.md"}
 """Pages that `make docs` writes from the code."""
 PAGES = [
     ROOT / "README.md",

@@ -20,6 +20,8 @@ import pytest
 import gearplay as gp
 from docs_commands import MADE
 from gearplay.model.schema import json_schema
+from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.vocabulary.quantities import CONTACT_STATISTICS, OUTPUT_STATISTICS
 from serving import find_browser, launch
 
 pytestmark = pytest.mark.slow
@@ -161,6 +163,13 @@ def test_every_field_of_a_case_is_on_the_site_and_found_by_the_search(site: Path
     index = json.loads((site / "search" / "search_index.json").read_text(encoding="utf-8"))
     text = " ".join(entry["text"] for entry in index["docs"] if entry["location"].startswith("case-file"))
     assert not {name for _, name in fields()} - set(re.findall(r"\w+", text))
+
+
+def test_every_variable_of_a_result_is_on_the_site_with_its_units(site: Path) -> None:
+    page = (site / "variables.html").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"<tr>\s*<td><code>(\w+)</code></td>(.*?)</tr>", page, re.DOTALL))
+    assert not {*RESULT_VARIABLES, *CONTACT_STATISTICS, *OUTPUT_STATISTICS} - set(rows)
+    assert "<td>deflection of the support</td>\n<td>m</td>\n<td>um</td>" in rows["support_deflection"]
 
 
 def test_every_page_is_in_the_nav_and_in_the_search(site: Path) -> None:

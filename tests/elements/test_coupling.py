@@ -237,6 +237,54 @@ def test_energy_and_momentum_are_kept_with_play() -> None:
     assert np.max(np.abs(momentum / momentum[0] - 1.0)) < 1e-9
 
 
+@pytest.mark.parametrize("fields", [{}, {"play": 1e-3}, {"ratio": -2.0}])
+def test_parallel__two_couplings_are_one_of_their_sums(fields: Document, measured: Measured) -> None:
+    """Stiffness, damping and lateral part add up, with play too; so do the torques of the two."""
+    lateral = {} if "ratio" in fields else {"lateral_stiffness": 3e5, "lateral_damping": 20.0}
+    sums = {"torsional_stiffness": K, "torsional_damping": 0.02, **lateral}
+    together = shafts(omega=(4.0, -1.0), **sums, **fields)
+    parallel = shafts(omega=(4.0, -1.0), **{key: 0.25 * value for key, value in sums.items()}, **fields)
+    rest = {key: 0.75 * value for key, value in sums.items()}
+    parallel["couplings"] = [*parallel["couplings"], {"between": ["one", "two"], **rest, **fields}]
+    for document in (together, parallel):
+        for name in ("one", "two"):
+            document["rotors"][name]["floating"] = True
+        document["rotors"]["one"]["initial"] |= {"x": 1e-5, "y": -2e-5}
+        document["run"]["duration"] = 0.02
+    one, both = simulate_one(together), simulate_one(parallel)
+    worst = 0.0
+    for rotor in ("one", "two"):
+        for signal in ("x", "y", "theta", "omega"):
+            expected = one.signal(signal, rotor)
+            scale = float(np.max(np.abs(expected))) or 1.0
+            worst = max(worst, float(np.max(np.abs(both.signal(signal, rotor) - expected))) / scale)
+    measured(f"couplings in parallel, {fields}: motion, relative", worst, "1e-12")
+    assert worst < 1e-12
+    torques = [both.signal("coupling_torque", label) for label in ("one-two", "one-two-2")]
+    expected = one.signal("coupling_torque", "one-two")
+    assert np.allclose(sum(torques), expected, rtol=1e-9, atol=1e-9 * np.max(np.abs(expected)))
+    assert np.allclose(3.0 * torques[0], torques[1], rtol=1e-9, atol=1e-9 * np.max(np.abs(expected)))
+
+
+def test_parallel__each_has_its_name() -> None:
+    """The second one's ends in 2, in paths of changes as in results; two ratios between the same rotors hold the train."""
+    document = shafts()
+    document["couplings"] = [
+        *document["couplings"],
+        {"between": ["one", "two"], "torsional_stiffness": 500.0},
+    ]
+    case = gp.replace(document, {"couplings.one-two-2.torsional_stiffness": 700.0})
+    assert [each.torsional_stiffness for each in case.couplings] == [K, 700.0]
+    assert [name for _, name, _ in case.named_joints()] == ["one-two", "one-two-2"]
+    assert gp.modes(case).ds["frequency"].values[-1] == pytest.approx(
+        math.sqrt((K + 700.0) * (1.0 / J_1 + 1.0 / J_2)) / (2.0 * math.pi), rel=1e-9
+    )
+    document["couplings"][1]["ratio"] = 2.0
+    document["rotors"]["one"] |= {"initial": {}, "drive": {"kind": "speed", "speed": 1.0}}
+    with pytest.raises(InputError, match="a loop of meshes or couplings holds it fast"):
+        gp.simulate(document)
+
+
 def test_speeds_and_senses_pass_through_couplings() -> None:
     document = shafts(ratio=-2.0)
     document["rotors"]["one"] |= {"drive": {"kind": "speed", "speed": 10.0}, "initial": {}}

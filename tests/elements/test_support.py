@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, simpson
 from scipy.linalg import expm
+from scipy.optimize import brentq
+from scipy.special import agm, ellipj
 
 import gearplay as gp
 from building import Document, Floats, Measured, case_of, simulate_one
@@ -27,6 +29,8 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
         if plain:  # the axes of a support do not turn with a turned mechanism
             stiffness[1], damping[1] = stiffness[0], damping[0]
         given: dict[str, Any] = {"stiffness": stiffness.tolist(), "damping": damping.tolist()}
+        if rng.random() < 0.5:
+            given["cubic_stiffness"] = float(rng.uniform(1e13, 1e15))
         if not plain and damped and rng.random() < 0.5:  # in full: an unsymmetric matrix has no potential
             across = stiffness.min() * rng.uniform(-0.5, 0.5, 2)
             given["stiffness"] = [[stiffness[0], across[0]], [across[1], stiffness[1]]]
@@ -61,6 +65,8 @@ def potential(packed: Packed, y: Floats) -> float:
             e += offset - y[3 * b : 3 * b + 2]
             e = np.array([c * e[0] + s * e[1], -s * e[0] + c * e[1]]) - offset
         total += 0.5 * (each.stiffness_x * e[0] ** 2 + each.stiffness_y * e[1] ** 2)
+        total += 0.5 * (each.stiffness_xy + each.stiffness_yx) * e[0] * e[1]
+        total += 0.25 * each.cubic_stiffness * float(e @ e) ** 2
         total += 0.5 * each.torsional_stiffness * (turn - base) ** 2
     return total
 
@@ -130,6 +136,55 @@ def test_a_full_matrix_acts_across(flying: bool, measured: Measured) -> None:
     assert np.allclose(energy[0] - energy[1:], lost, atol=1e-6 * energy[0])
 
 
+@pytest.mark.parametrize("stiffness", [2e5, 0.0])
+def test_cubic__swing_and_period_are_those_of_the_duffing_oscillator(
+    stiffness: float, measured: Measured
+) -> None:
+    """From rest at A along a slant: A cn(w t | m), w^2 = (k + k3 A^2) / M, of period 2 pi / (w agm(1, sqrt(1 - m)))."""
+    amplitude, cubic, slant = 2e-4, 1e13, np.array([0.6, -0.8])
+    document = disc(stiffness=[stiffness, stiffness], cubic_stiffness=cubic)
+    document["run"]["duration"] = 0.05
+    x, y = amplitude * slant
+    document["rotors"]["disc"]["initial"] = {"x": x, "y": y}
+    run = simulate_one(document)
+    w = math.sqrt((stiffness + cubic * amplitude**2) / MASS)
+    m = 0.5 * cubic * amplitude**2 / (stiffness + cubic * amplitude**2)
+    exact = amplitude * slant[:, None] * ellipj(w * run.time, m)[1]
+    found = np.array([run.signal(name, "disc") for name in "xy"])
+    worst = float(np.max(np.abs(found - exact))) / amplitude
+    measured(f"cubic support, k = {stiffness:g}: swing against cn, relative", worst, "1e-9")
+    assert worst < 1e-9
+    along = slant @ found
+    down = np.flatnonzero((along[:-1] > 0.0) & (along[1:] <= 0.0))
+    crossings = run.time[down] + 1e-5 * along[down] / (along[down] - along[down + 1])
+    period = (crossings[-1] - crossings[0]) / (len(crossings) - 1)
+    expected = 2.0 * math.pi / (w * agm(1.0, math.sqrt(1.0 - m)))
+    measured(
+        f"cubic support, k = {stiffness:g}: period by agm, relative", abs(period / expected - 1.0), "1e-7"
+    )
+    assert len(crossings) > 5
+    assert period == pytest.approx(expected, rel=1e-7)
+    away = np.hypot(*found)
+    assert np.allclose(run.signal("support_deflection", "disc"), away, rtol=1e-12, atol=0.0)
+    assert np.allclose(
+        run.signal("support_force_x", "disc"), -(stiffness + cubic * away**2) * found[0], rtol=1e-12
+    )
+
+
+def test_cubic__modes_stiffen_under_a_load() -> None:
+    """At k e + k3 e^3 = M g: k + 3 k3 e^2 along the load, k + k3 e^2 across it; without a load those of k."""
+    k, cubic = 2e4, 1e13
+    document = disc(stiffness=[k, k], cubic_stiffness=cubic, torsional_stiffness=0.1)
+    same = load_case(disc(stiffness=[k, k], cubic_stiffness=0.0))
+    assert "cubic_stiffness" not in same.resolved()["supports"]["disc"]
+    for load in (0.0, 100.0):
+        document["gravity"] = [0.6 * load, -0.8 * load]
+        e = brentq(lambda x: k * x + cubic * x**3 - MASS * load, 0.0, 1e-3, xtol=1e-18)  # noqa: B023
+        exact = sorted([k + cubic * e**2, k + 3.0 * cubic * e**2])
+        found = (2.0 * math.pi * gp.modes(document).ds["frequency"].values[-2:]) ** 2 * MASS
+        assert np.allclose(found, exact, rtol=1e-9)
+
+
 def test_a_matrix_along_the_axes_is_the_two_numbers() -> None:
     full = disc(stiffness=[[1e6, 0.0], [0.0, 3e6]], damping=[[5.0, 0.0], [0.0, 7.0]])
     for document in (full, disc(stiffness=[1e6, 3e6], damping=[5.0, 7.0])):
@@ -150,10 +205,12 @@ def test_a_matrix_along_the_axes_is_the_two_numbers() -> None:
         ({"stiffness": [[1e6, 0.0], [0.0]]}, r"supports.disc.stiffness.1.*must have 2 items"),
         ({"stiffness": [[1e6, 0.0], 2e6]}, r"supports.disc.stiffness.1.*must be a list of 2 items"),
         ({"stiffness": [-1e6, 1e6]}, r"supports.disc.stiffness.0.*0 N/m or more"),
+        ({"cubic_stiffness": "-1 N/m^3"}, r"disc.cubic_stiffness = .-1 N/m\^3.: must be 0 N/m\^3 or more"),
+        ({"cubic_stiffness": "1 N/m"}, r"disc.cubic_stiffness = .1 N/m.: is not a cubic stiffness"),
         ({"stiffness": [[1e6, "3 mm"], [0.0, 1e6]]}, r"supports.disc.stiffness.0.1"),
     ],
 )
-def test_a_bad_matrix_is_refused(support: Document, text: str) -> None:
+def test_a_bad_stiffness_is_refused(support: Document, text: str) -> None:
     with pytest.raises(InputError, match=text):
         load_case(disc(**support))
 
@@ -197,6 +254,7 @@ def test_a_carried_support_keeps_momentum_and_energy(measured: Measured) -> None
     measured("support on a carrier: momentum and energy, relative", worst, "1e-9")
     assert worst < 1e-9
     assert np.ptp(stretch[0]) > 1e-5
+    assert np.allclose(run.signal("support_deflection", "disc"), np.hypot(*stretch), rtol=1e-9, atol=1e-16)
 
 
 @pytest.mark.parametrize("flying", [True, False])

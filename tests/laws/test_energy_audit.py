@@ -12,6 +12,7 @@ from gearplay.parts.joining import JoinedRows
 from gearplay.solver.trajectory import Trajectory
 
 LAWS = ("lankarani-nikravesh", "hunt-crossley", "flores", "gonthier")
+K_STOP = 900.0  # of a stop in parallel to a coupling, beyond its play
 K_PLAY, K_LATERAL, K_SUPPORT = 300.0, 5e6, (2e7, 3e7)
 
 
@@ -82,6 +83,12 @@ def system(seed: int) -> Document:
                 "lateral_stiffness": K_LATERAL,
                 "lateral_damping": draw(0.0, 50.0),
             },
+            {
+                "between": ["wheel", "flywheel"],
+                "torsional_stiffness": K_STOP,
+                "torsional_damping": draw(0.0, 0.02),
+                "play": 1e-3,
+            },
         ],
         "supports": {"flywheel": {"stiffness": list(K_SUPPORT), "damping": [draw(0.0, 90.0), 30.0]}},
         "meshes": [
@@ -117,8 +124,8 @@ def audit(document: Document) -> tuple[float, float]:
         power -= run.signal("rotor_power_loss", name)
     for name in case.sleeves:
         power -= run.signal("sleeve_power_loss", name)
-    for coupling in case.couplings:
-        power -= run.signal("coupling_power_loss", coupling.label)
+    for _, label, _ in case.named_joints():
+        power -= run.signal("coupling_power_loss", label)
     power -= run.signal("support_power_loss", "flywheel")
     power += run.signal("mesh_power_input", "pinion-wheel") - run.signal("mesh_power_loss", "pinion-wheel")
     stored = kinetic + elastic(run, document)
@@ -135,6 +142,7 @@ def elastic(run: Trajectory, document: Document) -> Floats:
         total += sleeve["stiffness"] / 2.5 * depth**2.5
     twist = [run.signal("coupling_twist", label) for label in ("motor-pinion", "wheel-flywheel")]
     total += 0.5 * K_PLAY * (np.maximum(np.abs(twist[0]) - 1e-3, 0.0) ** 2 + twist[1] ** 2)
+    total += 0.5 * K_STOP * np.maximum(np.abs(twist[1]) - 5e-4, 0.0) ** 2
     for word, stiffness in zip(("x", "y"), K_SUPPORT, strict=True):
         away = run.signal(word, "flywheel")
         total += 0.5 * stiffness * away**2 + 0.5 * K_LATERAL * (run.signal(word, "wheel") - away) ** 2

@@ -6,8 +6,10 @@ import sys
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic_core import PydanticCustomError
 
 from gearplay.schema import units
+from gearplay.schema.fields import Measure
 from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
 
@@ -158,3 +160,15 @@ def test_common_units_need_no_pint() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False []"
+
+
+def test_a_quantity_of_one_part_needs_a_bound_in_its_field() -> None:
+    """Quantities that all parts share have a largest magnitude of their own."""
+    own = q.Quantity("jerk", "j", "m/s^3", "m/s^3", 1.0, "jerk")
+    with pytest.raises(TypeError, match="jerk needs lt or le"):
+        Measure(own, "a jerk", ge=0.0)
+    bounded = Measure(own, "a jerk", ge=0.0, le=10.0)
+    assert bounded.read("5 mm/s^3") == pytest.approx(5e-3)
+    with pytest.raises(PydanticCustomError) as refused:
+        bounded.read("11 m/s^3")
+    assert refused.value.context["problems"][0].rule == "must be 0 m/s^3 or more and at most 10 m/s^3"

@@ -125,6 +125,23 @@ def test_output__power_of_impacts() -> None:
     assert shaft.values["impact_power"] * (1.0 - 0.8**2) * 0.02 == pytest.approx(start - end, rel=1e-3)
 
 
+def test_output__power_of_impacts_in_a_coupling() -> None:
+    """Undamped, every end of the play is met at the same rate v of the twist, with v^2 / (2 (1/J_1 + ratio^2/J_2))."""
+    rate, ratio, inertias = 4.0, -2.0, (2e-3, 5e-3)
+    case = {
+        "rotors": {
+            name: {"mass": 1.0, "inertia": inertia, "initial": {"theta": 0.0, "omega": omega}}
+            for name, inertia, omega in zip(("one", "two"), inertias, (rate, 0.0), strict=True)
+        },
+        "couplings": [{"between": ["one", "two"], "torsional_stiffness": 2e3, "play": 2e-3, "ratio": ratio}],
+        "run": {"duration": 0.1, "sampling": 1e4, "tolerance": 1e-10},
+    }
+    values = gp.simulate(case).output_at("two").values
+    energy = 0.5 * rate**2 / (1.0 / inertias[0] + ratio**2 / inertias[1])
+    assert values["impacts_per_second"] > 300.0
+    assert values["impact_power"] == pytest.approx(energy * values["impacts_per_second"], rel=1e-6)
+
+
 def test_output__members_and_files(tmp_path: Any) -> None:
     """Of an ensemble means and standard deviations over the members; a file gives the numbers of the result."""
     result = gp.simulate("han2021", duration=0.5, ensemble=3)

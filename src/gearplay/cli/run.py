@@ -217,8 +217,10 @@ def _contact_lines(d: dict[str, Any]) -> list[str]:
         speed, force = ("mrad/s", "N m") if "angular" in c else ("mm/s", "N")
         lines.append(
             f"{label:<{wide}}{100 * c['share_of_time']:>14.2f} %{c['impacts_per_second']:>8.1f} 1/s"
-            + f"{1e3 * c['mean_impact_speed']:.2f} {speed}".rjust(14)
-            + f"{c['peak_force']:.1f} {force}".rjust(13)
+            + " "
+            + f"{1e3 * c['mean_impact_speed']:.2f} {speed}".rjust(13)
+            + " "
+            + f"{c['peak_force']:.1f} {force}".rjust(12)
         )
     if len(first) > MOST_CONTACTS:
         lines.append(f"and {len(first) - MOST_CONTACTS} more; --json lists all")

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationE
 from gearplay.model.consistency import cross_faults
 from gearplay.model.drawn_gears import drawn_faults
 from gearplay.model.expansion import at_temperature
+from gearplay.model.item_names import distinct
 from gearplay.model.members import set_faults, with_members, without_members
 from gearplay.model.policy import (
     DEFAULT_TOLERANCE,
@@ -315,6 +316,15 @@ class Case(Part):
     def joints(self) -> tuple[Joint, ...]:
         """Parts that connect rotors, besides meshes."""
         return tuple(joint for name in JOINTS for joint in getattr(self, name))
+
+    def named_joints(self) -> Iterator[tuple[str, str, Joint]]:
+        """Yield every part that connects rotors, with its path and its name in results, one for each of those in parallel."""
+        for table in JOINTS:
+            joints = getattr(self, table)
+            for index, (name, joint) in enumerate(
+                zip(distinct(j.label for j in joints), joints, strict=True)
+            ):
+                yield f"{table}.{index}", name, joint
 
     @property
     def differs_by_member(self) -> bool:

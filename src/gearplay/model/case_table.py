@@ -37,5 +37,5 @@ def _rows(case: Case) -> Iterator[tuple[str, str]]:
         )
     for name, sleeve in case.sleeves.items():
         yield f"sleeve of {name}", f"radial clearance {1e6 * sleeve.radial_clearance:.4g} um"
-    for joint in case.joints:
-        yield joint.label, joint.summary
+    for _, label, joint in case.named_joints():
+        yield label, joint.summary

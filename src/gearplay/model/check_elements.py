@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final
 
 from gearplay.model import geometry
 from gearplay.model.rolling import LOOPS, nominal_speeds
-from gearplay.parts.tables import JOINTS
 from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
@@ -23,10 +22,9 @@ def element_findings(case: Case) -> Iterator[Finding]:
     for table, name, part in case.every_holder():
         held, alone = geometry.is_held(case, name), len(case.holders(name)) == 1
         yield from part.findings(f"{table}.{name}", held=held, alone=alone)
-    for listed in JOINTS:
-        for index, joint in enumerate(getattr(case, listed)):
-            held = all(geometry.is_held(case, name) for name in joint.named_rotors().values())
-            yield from joint.findings(f"{listed}.{index}", held=held)
+    for path, _, joint in case.named_joints():
+        held = all(geometry.is_held(case, name) for name in joint.named_rotors().values())
+        yield from joint.findings(path, held=held)
     if case.faults:
         speeds = dict(zip(case.rotors, nominal_speeds(case).tolist(), strict=True))
         for index, fault in enumerate(case.faults):

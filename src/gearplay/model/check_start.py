@@ -19,7 +19,6 @@ from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.touch import gaps_of_mesh
 from gearplay.parts.registry import MESH
 from gearplay.parts.rotor.schema import SpeedDrive
-from gearplay.parts.tables import JOINTS
 from gearplay.schema.finding import Finding
 from gearplay.vocabulary.errors import join_path
 
@@ -50,9 +49,8 @@ def start_findings(case: Case, packed: Packed) -> Iterator[Finding]:
         yield from _overlap(case, packed, j, y)
     for j in range(len(case.meshes)):
         yield from _meeting(case, packed, j, omega)
-    for table in JOINTS:
-        for k, joint in enumerate(getattr(case, table)):
-            yield from _twisting(case, f"{table}.{k}", joint, omega)
+    for path, name, joint in case.named_joints():
+        yield from _twisting(case, path, name, joint, omega)
 
 
 def _overlap(case: Case, packed: Packed, j: int, y: Floats) -> Iterator[Finding]:
@@ -106,12 +104,12 @@ def _meeting(case: Case, packed: Packed, j: int, omega: dict[str, float]) -> Ite
     )
 
 
-def _twisting(case: Case, path: str, joint: Joint, omega: dict[str, float]) -> Iterator[Finding]:
+def _twisting(case: Case, path: str, label: str, joint: Joint, omega: dict[str, float]) -> Iterator[Finding]:
     """Compare the speeds of the rotors that a joint connects."""
     factors = joint.rolling()
     parts = [factor * omega[name] for name, factor in factors.items()]
     if parts and abs(sum(parts)) > MISFIT * max(map(abs, parts)):
-        words = f"{joint.label} twists at the start at {abs(sum(parts)):.4g} rad/s"
+        words = f"{label} twists at the start at {abs(sum(parts)):.4g} rad/s"
         yield _shock(case, path, words, set(factors), omega)
 
 

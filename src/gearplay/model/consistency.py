@@ -253,16 +253,9 @@ def _faults_of_parts(parts: Mapping[str, Any]) -> Iterator[Fault]:
 
 def _joint_faults(joints: Mapping[str, Sequence[Joint | Raw]], names: set[str]) -> Iterator[Fault]:
     for kind, parts in joints.items():
-        seen: dict[str, int] = {}
         for index, joint in enumerate(parts):
             if not isinstance(joint, Joint):
                 continue
             for field, name in joint.named_rotors().items():
                 if name not in names:
                     yield _unknown(f"{kind}.{index}.{field}", name, names)
-            first = seen.setdefault(joint.label, index)
-            if first != index:
-                rule = f"joins the same two rotors as {kind}.{first}"
-                yield Fault(
-                    f"{kind}.{index}", joint.label, rule, "Remove one of the two, or add their stiffnesses"
-                )

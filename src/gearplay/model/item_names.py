@@ -1,6 +1,7 @@
 """Names of items in the lists of a case: ``meshes.pinion-ring.backlash`` for ``meshes.0.backlash``."""
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 LISTS: Final[Mapping[str, Sequence[str]]] = {"meshes": ("driver", "driven"), "couplings": ("between",)}
@@ -29,7 +30,20 @@ def item_names(document: Any, name: str) -> list[str]:
     items = document.get(name) if isinstance(document, Mapping) else getattr(document, name, None)
     if not isinstance(items, (list, tuple)):
         return []
-    return [_name(item, LISTS[name]) for item in items]
+    return distinct(_name(item, LISTS[name]) for item in items)
+
+
+def distinct(names: Iterable[str]) -> list[str]:
+    """Return names with the number of their occurrence from the second on; no name of a rotor begins with a digit.
+
+    >>> distinct(["motor-pinion", "wheel-drum", "motor-pinion"])
+    ['motor-pinion', 'wheel-drum', 'motor-pinion-2']
+    """
+    found, seen = [], Counter[str]()
+    for name in names:
+        seen[name] += 1
+        found.append(name if seen[name] == 1 else f"{name}-{seen[name]}")
+    return found
 
 
 def _name(item: Any, fields: Sequence[str]) -> str:

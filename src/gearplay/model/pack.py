@@ -168,8 +168,8 @@ def pack(
         case, assembly, rotors, centres, moving, damping_depths(turning), member
     )
     packing.terms += np.concatenate([terms, _pack_ripples(case, rotors, len(terms))]).tolist()
-    for joint in case.joints:
-        joint.pack(packing)
+    for _, name, joint in case.named_joints():
+        joint.pack(packing, name)
     _pack_holders(case, packing, range(MESH, EXCITATION))
     base, record = np.zeros(housing_motion.SLOTS), np.zeros((0, 4))
     if case.base is not None:

@@ -155,7 +155,10 @@ class Assembly:
     def join(
         self, axis: int, factors: Mapping[int, float], stiffness: float, damping: float, *, rest: float = 0.0
     ) -> None:
-        """Add a `Spring` of the last element, which consists of contacts, springs and dampers only."""
+        """Add a `Spring` of the last element, all of whose forces are contacts, springs and dampers added so.
+
+        An element with any other force adds none: rotors joined by it alone move in closed form, without that force.
+        """
         self.springs.append(Spring(len(self.entries) - 1, axis, factors, stiffness, damping, rest))
 
     def _add_switch(self, entry: Any, contact: int, role: int, hides: bool) -> None:

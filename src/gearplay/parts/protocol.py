@@ -130,7 +130,7 @@ class Joint(Part):
     @property
     @abstractmethod
     def label(self) -> str:
-        """Name in results."""
+        """Name in results, of one without others in parallel (`Case.named_joints`)."""
 
     @property
     @abstractmethod
@@ -150,8 +150,8 @@ class Joint(Part):
         return ()
 
     @abstractmethod
-    def pack(self, packing: Packing) -> None:
-        """Add its element to a mechanism."""
+    def pack(self, packing: Packing, name: str) -> None:
+        """Add its element to a mechanism, under its name in results."""
 
     def findings(self, path: str, *, held: bool) -> Iterator[Finding]:
         """Yield findings; ``held`` is whether no centre of its rotors can move."""

@@ -39,7 +39,7 @@ def elements_at(case: Case, at: str) -> list[str]:
     ['layshaft', 'input-layshaft.wheel']
     """
     meshes = {mesh.label: mesh for mesh in case.meshes}
-    couplings = {each.label: each for each in case.couplings}
+    couplings = [name for _, name, _ in case.named_joints()]
     if at in meshes or at in couplings:
         return [at]
     if at in case.rotors:

@@ -86,7 +86,10 @@ def placed(case: Case) -> dict[str, Any]:
         "carried": [
             {"rotor": name, "on": on} for name in case.rotors if (on := carrier_of(case, name)) is not None
         ],
-        "couplings": [{"name": each.label, "between": list(each.between)} for each in case.couplings],
+        "couplings": [
+            {"name": name, "between": list(joint.named_rotors().values())}
+            for _, name, joint in case.named_joints()
+        ],
         "meshes": [
             {
                 "name": mesh.label,

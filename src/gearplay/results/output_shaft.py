@@ -274,8 +274,9 @@ def _rattle(case: Case, contacts: ContactTable) -> tuple[Floats, Floats]:
         bodies = [(geometry.rotor_of(case, name), radius) for name, radius in pairs]
         both = sum(free_mass[name] + radius**2 * free_inertia[name] for name, radius in bodies)
         mobility |= dict.fromkeys((f"{mesh.label}:drive", f"{mesh.label}:back"), both)
-    for coupling in case.couplings:
-        mobility[coupling.label] = sum(free_inertia[name] for name in coupling.between)
+    for _, label, joint in case.named_joints():
+        both = sum(factor**2 * free_inertia[name] for name, factor in joint.rolling().items())
+        mobility |= dict.fromkeys((f"{label}:forward", f"{label}:backward"), both)
     rates, speeds = contacts.values["impacts_per_second"], contacts.values["rms_impact_speed"]
     power = sum(
         0.5 * rate * speed**2 / mobility[label]

@@ -81,7 +81,8 @@ class Measure:
     Parameters
     ----------
     quantity
-        Dimension; None for a plain number without a unit.
+        Dimension; None for a plain number without a unit. One that is not in `LARGEST`, as a quantity that only one part has,
+        requires `lt` or `le`.
     about
         Description, one line.
     gt, ge, lt, le
@@ -100,6 +101,17 @@ class Measure:
     ge: float | None = field(default=None, kw_only=True)
     lt: float | None = field(default=None, kw_only=True)
     le: float | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Raise `TypeError` for a quantity without a largest magnitude."""
+        if (
+            self.quantity is None
+            or self.quantity.name in LARGEST
+            or self.lt is not None
+            or self.le is not None
+        ):
+            return
+        raise TypeError(f"{self.about}: {self.quantity.name} needs lt or le, since LARGEST does not have it")
 
     def read(self, value: Any) -> float:
         """Return the value in SI, or refuse it."""
@@ -133,7 +145,7 @@ class Measure:
         high_ok = (self.lt is None or value < self.lt) and (self.le is None or value <= self.le)
         if not (low_ok and high_ok):
             _refuse_here(f"must be {self._range()}", self._advice(value, text=text))
-        largest = math.inf if self.quantity is None else LARGEST[self.quantity.name]
+        largest = math.inf if self.quantity is None else LARGEST.get(self.quantity.name, math.inf)
         if abs(value) > largest:
             _refuse_here(
                 f"must be at most {self._show(largest)} in magnitude", "Check the number and its unit"

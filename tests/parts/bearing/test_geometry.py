@@ -96,7 +96,7 @@ def test_clearance_of_a_class(grade: str, bore: float, middle: float) -> None:
         ({"catalogue": "9999"}, r"catalogue.*must be one of 6205"),
         ({"restitution": 0.9, "damping": {"value": 0.5}}, r"restitution.*beside damping"),
         ({"damping": {"value": "0.5 kg"}}, r"damping.value"),
-        ({"damping": {"value": -1.0}}, r"damping.value.*0 or more"),
+        ({"damping": {"value": -1.0}}, r"damping.value.*0 s/m or more"),
     ],
 )
 def test_bad_input_gets_one_sentence(changes: Document, text: str) -> None:

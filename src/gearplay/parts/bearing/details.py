@@ -1,31 +1,14 @@
 """Fields of rolling bearings: waviness, damping, clearance by its class."""
 
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo
 
 from gearplay.parts.bearing.geometry import CATALOGUE, CLASSES, LARGEST_BORE, LEAST_BORE, clearance_range
 from gearplay.schema.fields import Measure, Part, Problem, refuse
-from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
 
 DISSIPATION = q.Quantity("dissipation", "chi", "s/m", "s/m", 1.0, "coefficient of Hunt and Crossley")
-
-
-@dataclass(frozen=True)
-class OwnMeasure(Measure):
-    """A number of a quantity that only this part has, so that the field alone bounds it."""
-
-    def read(self, value: Any) -> float:
-        """Return the value in SI, or refuse it."""
-        assert self.quantity is not None, "one of this part"
-        try:
-            number = parse_quantity(value, self.quantity)
-        except UnitError as error:
-            refuse([Problem((), error.rule, error.cure)])
-            raise
-        return Measure(None, self.about, ge=self.ge, le=self.le).read(number)
 
 
 Ring = Literal["inner", "outer"]
@@ -47,7 +30,7 @@ class HuntCrossley(Part):
 
     kind: Literal["hunt-crossley"] = "hunt-crossley"
     value: Annotated[
-        float, OwnMeasure(DISSIPATION, "coefficient chi, whatever the speed of the contact", ge=0.0, le=1e3)
+        float, Measure(DISSIPATION, "coefficient chi, whatever the speed of the contact", ge=0.0, le=1e3)
     ]
 
 

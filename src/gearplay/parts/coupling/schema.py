@@ -151,7 +151,7 @@ class Coupling(Joint):
         """Return both rotors where they turn alike; with another ratio their axes may differ."""
         return self.between if self.ratio == 1.0 else ()
 
-    def pack(self, packing: Packing) -> None:
+    def pack(self, packing: Packing, name: str) -> None:
         """Add its element: two contacts with play, none and always acting without."""
         first, second = self.between
         record, assembly = blank(law.RECORD), packing.assembly
@@ -162,12 +162,12 @@ class Coupling(Joint):
         record.rest, (record.first_stage, record.stages) = self.rest_angle, packing.add_terms(stages)
         record.half_play = 0.5 * self.play
         record.lateral_stiffness, record.lateral_damping = self.lateral_stiffness, self.lateral_damping
-        ends = [Contact(name, size=ANGLE_SCALE, angular=True) for name in ("forward", "backward")]
-        inertias = [packing.bodies[name].inertia or math.inf for name in self.between]
+        ends = [Contact(sense, size=ANGLE_SCALE, angular=True) for sense in ("forward", "backward")]
+        inertias = [packing.bodies[rotor].inertia or math.inf for rotor in self.between]
         mobility = 1.0 / inertias[0] + self.ratio**2 / inertias[1]
         assembly.add(
             law,
-            self.label,
+            name,
             record,
             [record.a, record.b],
             ends if self.play > 0.0 else [],
@@ -176,7 +176,9 @@ class Coupling(Joint):
             switches=1 if stages else 0,
             hides=self.torsional_damping > 0.0,
         )
-        if self.play == 0.0 and not stages:
+        if stages:  # no closed form, nor one of its lateral part alone
+            return
+        if self.play == 0.0:
             twist = {record.a: 1.0, record.b: -self.ratio}
             assembly.join(ROTATION, twist, stiffness, self.torsional_damping)
         if self.bends:

@@ -1,7 +1,8 @@
-"""A support: linear springs and dampers on a rotor's centre and rotation, from the ground or a carrier (docs/theory, section 4).
+"""A support: springs and dampers on a rotor's centre and rotation, from the ground or a carrier (docs/theory, section 4).
 
 No contact: it always acts, without stress where the rotor is at its nominal centre and at rotation 0. On a carrier its axes turn
-with it, rates are those seen from there, and the reaction acts at the journal's centre, so that angular momentum is kept.
+with it, rates are those seen from there, and the reaction acts at the journal's centre, so that angular momentum is kept. Its
+cubic spring has the potential k3 r^4 / 4 of the displacement r, alike in all directions.
 """
 
 import math
@@ -38,6 +39,7 @@ RECORD = np.dtype(
         ("stiffness_y", "f8"),
         ("stiffness_xy", "f8"),  # of the force along x by a displacement along y
         ("stiffness_yx", "f8"),
+        ("cubic_stiffness", "f8"),  # N/m^3, isotropic
         ("damping_x", "f8"),  # N s/m
         ("damping_y", "f8"),
         ("damping_xy", "f8"),
@@ -61,15 +63,16 @@ SIGNALS = (
     Signal("support_force_y", "Fy", "N", "N", 1.0, "force of the support on the rotor along y", True),
     Signal("support_torque", "T", "N m", "N m", 1.0, "torque of the support on the rotor", True),
     Signal("support_power_loss", "P", "W", "W", 1.0, "power lost in the support", True),
+    Signal("support_deflection", "r", "m", "um", 1e6, "deflection of the support", True),
 )
 MEMORY: tuple[float, ...] = ()
 MODES = 0
 PER_CONTACT = 0
 
 # Slots of the scratch and columns of a row of slopes: direction of the carrier's x axis, from its centre to the rotor's [m], its
-# speed [rad/s], the velocity [m/s] seen from it, the force [N]; then the torque [N m].
-COSINE, SINE, ARM_X, ARM_Y, SPIN, V_X, V_Y, F_X, F_Y, TORQUE = range(10)
-SLOPES = 10
+# speed [rad/s], the velocity [m/s] seen from it, the force [N]; the torque [N m]; the displacement along the support's axes [m].
+COSINE, SINE, ARM_X, ARM_Y, SPIN, V_X, V_Y, F_X, F_Y, TORQUE, ALONG, ACROSS = range(12)
+SLOPES = 12
 
 
 def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[float]:
@@ -107,7 +110,7 @@ def mounts(records: Any) -> list[Mount]:
 
 @compiled_inline
 def _force(support: Any, x: float, y: float, v_x: float, v_y: float) -> tuple[float, float]:
-    """Return the force [N] along the support's own axes at a displacement [m] and a rate [m/s] along them."""
+    """Return the linear force [N] along the support's own axes at a displacement [m] and a rate [m/s] along them."""
     f = -support.stiffness_x * x - support.damping_x * v_x
     g = -support.stiffness_y * y - support.damping_y * v_y
     f -= support.stiffness_xy * y + support.damping_xy * v_y
@@ -141,6 +144,10 @@ def load_support(system: System, n: int, t: float, y: Floats, out: Floats) -> No
         -sine * e_x + cosine * e_y - support.misplaced_y,
     )
     f, g = _force(support, along, across, cosine * v_x + sine * v_y, -sine * v_x + cosine * v_y)
+    secant = support.cubic_stiffness * (along * along + across * across)
+    f -= secant * along
+    g -= secant * across
+    out[ALONG], out[ACROSS] = along, across
     out[COSINE], out[SINE], out[ARM_X], out[ARM_Y] = cosine, sine, arm_x, arm_y
     out[SPIN], out[V_X], out[V_Y] = base_spin, v_x, v_y
     out[F_X], out[F_Y] = cosine * f - sine * g, sine * f + cosine * g
@@ -192,13 +199,12 @@ def add_change(
         turn -= base_turn
         spin -= base_spin
     cosine, sine = row[COSINE], row[SINE]
-    f, g = _force(
-        support,
-        cosine * e_x + sine * e_y,
-        -sine * e_x + cosine * e_y,
-        cosine * v_x + sine * v_y,
-        -sine * v_x + cosine * v_y,
-    )
+    x, y = cosine * e_x + sine * e_y, -sine * e_x + cosine * e_y
+    f, g = _force(support, x, y, cosine * v_x + sine * v_y, -sine * v_x + cosine * v_y)
+    along, across, cubic = row[ALONG], row[ACROSS], support.cubic_stiffness
+    secant, radial = cubic * (along * along + across * across), 2.0 * cubic * (along * x + across * y)
+    f -= secant * x + radial * along
+    g -= secant * y + radial * across
     f_x = cosine * f - sine * g - base_turn * row[F_Y]
     f_y = sine * f + cosine * g + base_turn * row[F_X]
     torque = -support.torsional_stiffness * turn - support.torsional_damping * spin
@@ -227,11 +233,6 @@ def observe(
     # Of the stiffness the antisymmetric part stores nothing: what it takes is lost, or put in.
     whirl = 0.5 * (support.stiffness_xy - support.stiffness_yx)
     if whirl != 0.0:
-        j, b = support.journal, support.carrier
-        e_x, e_y = (out[ARM_X], out[ARM_Y]) if b >= 0 else (y[x_of(j)], y[y_of(j)])
-        x = out[COSINE] * e_x + out[SINE] * e_y - support.misplaced_x
-        z = -out[SINE] * e_x + out[COSINE] * e_y - support.misplaced_y
-        if b >= 0:
-            x, z = x - support.offset_x, z - support.offset_y
-        row[at + 3] += whirl * (z * along - x * across)
+        row[at + 3] += whirl * (out[ACROSS] * along - out[ALONG] * across)
     row[at + 3] += support.torsional_damping * spin * spin
+    row[at + 4] = math.sqrt(out[ALONG] * out[ALONG] + out[ACROSS] * out[ACROSS])

@@ -1,4 +1,4 @@
-"""Supports: linear bearings and torsional springs between a rotor and the ground or a carrier."""
+"""Supports: elastic bearings and torsional springs between a rotor and the ground or a carrier."""
 
 import math
 from collections.abc import Iterator
@@ -6,13 +6,15 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from gearplay.parts.assembly import blank
+from gearplay.parts.assembly import LENGTH_SCALE, blank
 from gearplay.parts.joining import ROTATION
 from gearplay.parts.protocol import Holder, Packing
 from gearplay.parts.support import law
-from gearplay.schema.fields import Listed, Measure, Offset, Problem, RotorName, refuse
+from gearplay.schema.fields import Listed, Measure, Offset, Problem, RotorName, is_absent, refuse
 from gearplay.schema.finding import Finding
 from gearplay.vocabulary import quantities as q
+
+CUBIC_STIFFNESS = q.Quantity("cubic_stiffness", "k_3", "N/m^3", "N/mm^3", 1e-9, "cubic stiffness")
 
 Stiffness = Annotated[float, Measure(q.STIFFNESS, "stiffness along this axis", ge=0.0)]
 Damping = Annotated[float, Measure(q.DAMPING, "damping along this axis", ge=0.0)]
@@ -41,8 +43,9 @@ def _matrix(value: Any) -> Matrix:
 class Support(Holder):
     """Springs and dampers on a rotor's centre, unstressed at its nominal place, and on its rotation, unstressed at theta = 0.
 
-    ``stiffness`` frees the centre, as a sleeve does, and adds to one. On a carrier x and y are its axes at rotation 0 and turn
-    with it; rates and the angle are relative to it. ``offset`` is its unstressed position relative to the nominal centre.
+    ``stiffness`` and ``cubic_stiffness`` free the centre, as a sleeve does, and add to one. On a carrier x and y are its axes at
+    rotation 0 and turn with it; rates and the angle are relative to it. ``offset`` is its unstressed position relative to the
+    nominal centre.
     """
 
     kind: ClassVar[int] = law.KIND
@@ -73,6 +76,16 @@ class Support(Holder):
         ],
         Discriminator(_axes_or_matrix),
     ] = (0.0, 0.0)
+    cubic_stiffness: Annotated[
+        float,
+        Measure(
+            CUBIC_STIFFNESS,
+            "k3 of the restoring force k3 r^3 at a displacement r of the centre",
+            ge=0.0,
+            le=1e24,
+        ),
+        Field(exclude_if=is_absent),
+    ] = 0.0
     torsional_stiffness: Annotated[
         float, Measure(q.ROTATIONAL_STIFFNESS, "stiffness against rotation", ge=0.0)
     ] = 0.0
@@ -98,9 +111,10 @@ class Support(Holder):
                             )
                         ]
                     )
-        if not any((*numbers, self.torsional_stiffness, self.torsional_damping)):
+        if not any((*numbers, self.cubic_stiffness, self.torsional_stiffness, self.torsional_damping)):
             rule = "must have a stiffness or a damping that is not 0"
-            refuse([Problem((), rule, "Give stiffness, damping, torsional_stiffness or torsional_damping")])
+            cure = "Give stiffness, cubic_stiffness, damping, torsional_stiffness or torsional_damping"
+            refuse([Problem((), rule, cure)])
         return self
 
     @property
@@ -115,40 +129,44 @@ class Support(Holder):
 
     @property
     def axial_stiffness(self) -> tuple[float, float]:
-        """Stiffness along x and y [N/m], the diagonal of the matrix."""
-        return self.stiffness_matrix[0][0], self.stiffness_matrix[1][1]
+        """Stiffness along x and y [N/m], that of the cubic spring at a natural displacement, for drawings."""
+        cubic = self.cubic_stiffness * LENGTH_SCALE**2
+        return self.stiffness_matrix[0][0] + cubic, self.stiffness_matrix[1][1] + cubic
 
     def frees_centre(self) -> bool:
-        """Return whether it has a stiffness along x or y, 0 included."""
-        return self.stiffness is not None
+        """Return whether it has a stiffness along x or y, 0 included, or a cubic one."""
+        return self.stiffness is not None or self.cubic_stiffness > 0.0
 
     def holds_rotation(self) -> bool:
         """Return whether it has a torsional stiffness."""
         return self.torsional_stiffness > 0.0
 
     def pack(self, packing: Packing, name: str, damping: float) -> None:
-        """Add its element; on the ground it is a spring of closed-form motion too."""
+        """Add its element; on the ground it is a spring of closed-form motion too where it is linear."""
         record, body = blank(law.RECORD), packing.bodies[name]
         (record.stiffness_x, record.stiffness_xy), (record.stiffness_yx, record.stiffness_y) = (
             self.stiffness_matrix
         )
         (damping_x, record.damping_xy), (record.damping_yx, damping_y) = self.damping_matrix
         record.damping_x, record.damping_y = damping_x + damping, damping_y + damping
-        record.torsional_stiffness = self.torsional_stiffness
+        record.cubic_stiffness, record.torsional_stiffness = self.cubic_stiffness, self.torsional_stiffness
         record.torsional_damping = self.torsional_damping
         record.journal, record.carrier = packing.place(name), packing.place(self.on)
         record.offset_x, record.offset_y = packing.arm(name, self.on)
         record.misplaced_x, record.misplaced_y = self.offset
+        stiffest = max(record.stiffness_x, record.stiffness_y) + 3.0 * self.cubic_stiffness * LENGTH_SCALE**2
         rate = math.sqrt(
             max(
-                max(record.stiffness_x, record.stiffness_y) / (body.mass or math.inf),
+                stiffest / (body.mass or math.inf),
                 record.torsional_stiffness / (body.inertia or math.inf),
             )
         )
         assembly = packing.assembly
         assembly.add(law, name, record, [record.journal, record.carrier], always=True, rate=rate)
         crossed = any((record.stiffness_xy, record.stiffness_yx, record.damping_xy, record.damping_yx))
-        if self.on is None and not crossed:  # one axis does not act on the other
+        if (
+            self.on is None and not crossed and self.cubic_stiffness == 0.0
+        ):  # linear, and no axis acts on another
             alone = {record.journal: 1.0}
             for axis, k, c, rest in (
                 (0, record.stiffness_x, record.damping_x, record.misplaced_x),
@@ -163,6 +181,6 @@ class Support(Holder):
             text = "it does nothing, since the centre is held: give the support a stiffness, or the rotor a sleeve"
             yield Finding("warning", f"{path}.damping", f"{text}.")
         for axis, row in zip("xy", self.stiffness_matrix if self.stiffness is not None else (), strict=False):
-            if not any(row) and alone:
+            if not any(row) and alone and self.cubic_stiffness == 0.0:
                 text = f"the centre is free along {axis}: without a stiffness there any force moves it away for good"
                 yield Finding("warning", f"{path}.stiffness", f"{text}.")
