@@ -46,6 +46,7 @@ from gearplay.vocabulary.errors import InputError as InputError
 from gearplay.vocabulary.errors import MeasurementError as MeasurementError
 from gearplay.vocabulary.errors import ResourceError as ResourceError
 from gearplay.vocabulary.errors import SimulationError as SimulationError
+from gearplay.life.wear import wear as wear
 from gearplay.web.view import view as view
 from gearplay.work.engine import Engine as Engine
 

@@ -244,15 +244,16 @@ def _lost_faults(case: Case) -> Iterator[Fault]:
         if name not in meshed:
             rule, cure = "must be a gear in a mesh", f"Meshes have: {', '.join(sorted(meshed))}"
             yield Fault(f"faults.{index}.at", fault.at, rule, cure if meshed else "Add a mesh")
-        elif isinstance(fault, (CrackFault, ChipFault, SpallFault)):
+        elif isinstance(fault, (CrackFault, ChipFault, SpallFault)) or getattr(fault, "profile", ()):
             flank = getattr(fault, "flank", "both")
-            keys = [
-                (name, fault.kind, fault.tooth, side) for side in ("left", "right") if flank in (side, "both")
-            ]
+            tooth = getattr(fault, "tooth", -1)
+            keys = [(name, fault.kind, tooth, side) for side in ("left", "right") if flank in (side, "both")]
             first = next((seen[key] for key in keys if key in seen), None)
             if first is not None:
+                field = "profile" if tooth < 0 else "tooth"
+                shown = f"{len(fault.profile)} points" if tooth < 0 else tooth
                 rule = f"must not be that of faults.{first}, a {fault.kind} of the same gear and flank"
-                yield Fault(f"faults.{index}.tooth", fault.tooth, rule, "Keep one of the two")
+                yield Fault(f"faults.{index}.{field}", shown, rule, "Keep one of the two")
             seen |= dict.fromkeys(keys, index)
 
 

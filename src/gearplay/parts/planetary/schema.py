@@ -19,6 +19,7 @@ from gearplay.parts.mesh.schema import (
     ToothContact,
 )
 from gearplay.parts.mesh.stiffness import Stiffness
+from gearplay.parts.mesh.wear import FlankWear
 from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Planets, Toothed, problems_of
 from gearplay.parts.planetary.names import MEMBERS
 from gearplay.parts.rotor.allowance import DistanceAllowance, allowance_middle
@@ -36,7 +37,7 @@ FIT: Final = 1e-6
 
 SHARED: Final = (
     "module", "pressure_angle", "center_distance", "center_distance_allowance", "backlash", "damping",
-    "transmission_error", "friction_coefficient", "friction_speed", "contact", "tip_contact",
+    "transmission_error", "friction_coefficient", "friction_speed", "contact", "tip_contact", "wear",
 )  # fmt: skip
 """Fields that every mesh of a set has of it."""
 
@@ -65,6 +66,7 @@ class Planetary(Part):
     planet_ring: Annotated[Stiffness | None, Field(description="stiffness of the ring's meshes")] = None
     contact: ToothContact = "mesh"
     tip_contact: TipContact = True
+    wear: FlankWear | None = Field(default=None, exclude_if=is_absent)
     damping: Damping = Damping()
     transmission_error: Annotated[
         tuple[ErrorTerm, ...], Listed(0, 64, "terms of the static transmission error of every mesh")
