@@ -12,6 +12,7 @@ from gearplay.gear_pairs.teeth import teeth as teeth
 from gearplay.hysteresis.describing import describing_function as describing_function
 from gearplay.hysteresis.lost_motion import lost_motion as lost_motion
 from gearplay.hysteresis.reduction import reduce as reduce
+from gearplay.life.wear import wear as wear
 from gearplay.linear.analyses import campbell as campbell
 from gearplay.linear.analyses import frequency_response as frequency_response
 from gearplay.linear.analyses import modes as modes
@@ -46,7 +47,6 @@ from gearplay.vocabulary.errors import InputError as InputError
 from gearplay.vocabulary.errors import MeasurementError as MeasurementError
 from gearplay.vocabulary.errors import ResourceError as ResourceError
 from gearplay.vocabulary.errors import SimulationError as SimulationError
-from gearplay.life.wear import wear as wear
 from gearplay.web.view import view as view
 from gearplay.work.engine import Engine as Engine
 

@@ -256,7 +256,9 @@ def test_two_faults_of_one_kind__of_one_tooth_and_flank_are_refused(second: Docu
 def test_two_worn_profiles__of_one_flank_are_refused() -> None:
     worn = {"kind": "wear", "at": "one", "profile": PROFILE}
     assert len(load_case(document([worn, {**worn, "flank": "right"}])).faults) == 2
-    with pytest.raises(InputError, match=r'faults.1.profile = "4 points": must not be that of faults.0, a wear'):
+    with pytest.raises(
+        InputError, match=r'faults.1.profile = "4 points": must not be that of faults.0, a wear'
+    ):
         load_case(document([worn, {**worn, "flank": "both"}]))
 
 

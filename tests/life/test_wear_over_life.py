@@ -12,10 +12,10 @@ import xarray as xr
 import gearplay as gp
 from building import Document, Floats, merged
 from gearplay.cli.main import run
-from gearplay.model import geometry
-from gearplay.model.case import Case
 from gearplay.life.bushes import ANGLES, bush_rates, clearance_of_wear, worn_sleeve
 from gearplay.life.flanks import HEIGHTS, SIDES, added_backlash, flank_rates, wearing_flanks
+from gearplay.model import geometry
+from gearplay.model.case import Case
 from life.pairs import K, wearing_pair
 
 SPEED = 20.0 * math.pi
@@ -135,12 +135,14 @@ def test_bush__under_a_turning_load_wears_all_round() -> None:
 
 def test_bush__counts_whole_turns_only() -> None:
     """2.4 turns under a fixed load wear the journal as evenly as 3 do; part of a turn is refused."""
-    case, motion = bearing_motion(load_turns=False)
+    _, motion = bearing_motion(load_turns=False)
     cut = motion._replace(signals={key: values[: 2 * 7200 + 2880] for key, values in motion.signals.items()})
     found = bush_rates(cut, "two")["journal"]  # type: ignore[arg-type]
     np.testing.assert_allclose(found, bush_rates(motion, "two")["journal"], rtol=1e-6)  # type: ignore[arg-type]
     short = motion._replace(signals={key: values[:3600] for key, values in motion.signals.items()})
-    with pytest.raises(gp.InputError, match=r'run.duration = "0.31 s": must be at least 0.62. s, a turn of two'):
+    with pytest.raises(
+        gp.InputError, match=r'run.duration = "0.31 s": must be at least 0.62. s, a turn of two'
+    ):
         bush_rates(short, "two")  # type: ignore[arg-type]
 
 
@@ -188,7 +190,9 @@ def test_life__goes_on_from_the_worn_case(worn: Any) -> None:
     once = gp.wear(wearing_pair(), turns=1e5, blocks=1)
     again = gp.wear(once.worn_case, turns=1e5, blocks=1)
     np.testing.assert_allclose(again.ds["depth"].values[0], once.ds["depth"].values[-1], rtol=1e-12)
-    np.testing.assert_allclose(again.ds["depth"].values[-1], worn.ds["depth"].values[-1], rtol=1e-3, atol=1e-10)
+    np.testing.assert_allclose(
+        again.ds["depth"].values[-1], worn.ds["depth"].values[-1], rtol=1e-3, atol=1e-10
+    )
     clearances = [each.ds["radial_clearance"].values[-1, 0] for each in (again, worn)]
     assert clearances[0] == pytest.approx(clearances[1], rel=1e-5)
 
@@ -258,7 +262,9 @@ def test_wear__on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture
     assert document["backlash"]["one-two"] == pytest.approx(float(found.ds["backlash"][-1, 0]), rel=1e-12)
     assert gp.read_result(document["out"]).message == document["message"]
     again = gp.load_case(document["worn_case"])
-    assert again.sleeves["two"].radial_clearance == pytest.approx(document["radial_clearance"]["two"], rel=1e-12)
+    assert again.sleeves["two"].radial_clearance == pytest.approx(
+        document["radial_clearance"]["two"], rel=1e-12
+    )
     assert Path(document["picture"]).stat().st_size > 10_000
     assert run(words) == 2
     assert "overwrite" in capsys.readouterr().err

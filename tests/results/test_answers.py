@@ -14,8 +14,8 @@ import gearplay as gp
 from datasets.plans import FEW
 from gearplay.results.provenance import KIND
 from gearplay.sweeps.result import SweepResult
-from machine_records import bearing_record
 from life.pairs import wearing_pair
+from machine_records import bearing_record
 
 FORCE = "meshes.0.transmission_error.0.amplitude"
 SHORT = {"run.duration": 0.1, "run.transient": 0.0}

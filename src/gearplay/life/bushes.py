@@ -70,7 +70,8 @@ def _whole_turns(case: Case, name: str, turn: Floats) -> NDArray[np.bool_]:
     if total <= ROCKS:
         return np.ones(len(turn), dtype=bool)
     if total < 1.0 - 1e-9:
-        rule = f"must be at least {math.ceil(1e3 * case.run.duration / total) / 1e3:g} s, a turn of {name} in its bush"
+        least = math.ceil(1e3 * case.run.duration / total) / 1e3
+        rule = f"must be at least {least:g} s, a turn of {name} in its bush"
         raise InputError.of("run.duration", f"{case.run.duration:g} s", rule, "Raise it")
     whole = math.floor(total + 1e-9)
     step = abs(turn[-1] - turn[0]) / (len(turn) - 1)
@@ -110,7 +111,7 @@ def clearance_of_wear(depths: dict[str, Floats]) -> float:
 
 
 def worn_sleeve(case: Case, name: str, depths: dict[str, Floats]) -> dict[str, Any]:
-    """Return the changes of a case by wear of a plain bearing: its clearance, and the centre of the bush that goes with the load."""
+    """Return the changes of a case by wear of a plain bearing: its clearance and the centre of its bush."""
     sleeve = case.sleeves[name]
     deepest, opposite, direction = openings(depths["bush"])
     off = 0.5 * (deepest - opposite)

@@ -22,7 +22,9 @@ def wear_drawing(ds: xr.Dataset) -> Any:
     panels: list[tuple[str, int]] = []
     if "depth" in ds:
         deepest = ds["depth"].isel(turns=-1).max("height").values
-        panels += [("flank", k) for k in range(len(deepest)) if deepest[k] > LEAST * max(np.max(deepest), 1e-12)]
+        panels += [
+            ("flank", k) for k in range(len(deepest)) if deepest[k] > LEAST * max(np.max(deepest), 1e-12)
+        ]
     if "sleeve" in ds.dims:
         panels += [("sleeve", k) for k in range(ds.sizes["sleeve"])]
     panels = panels[:MOST_PANELS]
@@ -36,7 +38,9 @@ def wear_drawing(ds: xr.Dataset) -> Any:
     _play(each[len(panels)], ds)
     for ax in each[len(panels) + 1 :]:
         ax.set_visible(False)
-    set_title(figure, f"{ds.attrs.get('title') or 'Case'}: wear over {turns[-1]:.3g} turns of {ds.attrs['rotor']}")
+    set_title(
+        figure, f"{ds.attrs.get('title') or 'Case'}: wear over {turns[-1]:.3g} turns of {ds.attrs['rotor']}"
+    )
     return figure
 
 
@@ -59,14 +63,20 @@ def _bush(ax: Any, ds: xr.Dataset, k: int, colors: list[Any]) -> None:
 
 def _play(ax: Any, ds: xr.Dataset) -> None:
     turns, number = ds["turns"].values, 0
-    for variable, dim, words in (("backlash", "mesh", "backlash"), ("radial_clearance", "sleeve", "radial clearance")):
+    for variable, dim, words in (
+        ("backlash", "mesh", "backlash"),
+        ("radial_clearance", "sleeve", "radial clearance"),
+    ):
         if variable not in ds:
             continue
         for k, name in enumerate(ds[dim].values):
             color = PALETTE[number % len(PALETTE)]
             label = plain(f"{words}, {name}")
-            ax.plot(turns, 1e6 * ds[variable].values[:, k], color=color, marker=".", linewidth=1.2, label=label)
+            ax.plot(
+                turns, 1e6 * ds[variable].values[:, k], color=color, marker=".", linewidth=1.2, label=label
+            )
             number += 1
     ax.set_xlabel(plain(f"turns of {ds.attrs['rotor']} [1]"), fontsize=SMALL)
     ax.set_ylabel("play [µm]", fontsize=SMALL)
+    ax.locator_params(axis="x", nbins=4)
     ax.legend(fontsize=SMALL, frameon=False)

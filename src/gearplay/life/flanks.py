@@ -116,7 +116,9 @@ def _check_gear(case: Case, gear: str, contacts: list[Contact]) -> None:
     for contact in contacts:
         at = mesh_path(case, contact.mesh, "wear")
         if case.meshes[contact.mesh].wear is None:
-            raise InputError.of(at, NO_VALUE, f"is required, since a flank of {gear} wears elsewhere", "Add it")
+            raise InputError.of(
+                at, NO_VALUE, f"is required, since a flank of {gear} wears elsewhere", "Add it"
+            )
         if np.max(np.abs(np.subtract(_ends(case, contact), first))) > SAME * first[2]:
             rule = f"must be given where all meshes of a flank have the same path of contact, which those of {gear} have not"
             raise InputError.of(at, NO_VALUE, rule, "Make its partners alike, or remove it")
@@ -168,7 +170,9 @@ def passes(result: Result, contact: Contact) -> float:
     return float(abs(np.mean(rates))) / (2.0 * math.pi)
 
 
-def flank_rates(result: Result, flanks: Flanks) -> tuple[dict[tuple[str, str], Floats], dict[tuple[int, str], Floats]]:
+def flank_rates(
+    result: Result, flanks: Flanks
+) -> tuple[dict[tuple[str, str], Floats], dict[tuple[int, str], Floats]]:
     """Return how fast flanks wear over a block [m/s] by flank, and the line loads [N/m] by mesh and side, shapes [height]."""
     case = result.case
     loads = {

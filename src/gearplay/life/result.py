@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from gearplay.model.reading import replace
-from gearplay.results.base import Column, OfDataset, case_in
 from gearplay.life.bushes import SURFACES, worn_sleeve
 from gearplay.life.flanks import worn_faults
+from gearplay.model.reading import replace
+from gearplay.results.base import Column, OfDataset, case_in
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -49,8 +49,9 @@ class Wear(OfDataset):
     @property
     def message(self) -> str:
         """Turns, what they wore, and whether blocks were too long, as text."""
-        ds = self.ds
-        parts = [f"{float(ds['turns'][-1]):.4g} turns of {ds.attrs['rotor']} in {ds.attrs['blocks']} {'blocks' if ds.attrs['blocks'] != 1 else 'block'}"]
+        ds, blocks = self.ds, int(self.ds.attrs["blocks"])
+        life = f"{float(ds['turns'][-1]):.4g} turns of {ds.attrs['rotor']}"
+        parts = [f"{life} in {blocks} block{'s' * (blocks > 1)}"]
         if "depth" in ds:
             last = ds["depth"].values[-1]
             flank, height = np.unravel_index(np.argmax(last), last.shape)

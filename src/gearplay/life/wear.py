@@ -8,10 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.model import geometry
-from gearplay.results.provenance import provenance
-from gearplay.results.simulate import case_of, simulate
-from gearplay.vocabulary.errors import NO_VALUE, InputError, SimulationError
 from gearplay.life.bushes import ANGLES, DIRECTIONS, SURFACES, bush_rates, clearance_of_wear, wearing_bushes
 from gearplay.life.flanks import (
     HEIGHTS,
@@ -24,6 +20,10 @@ from gearplay.life.flanks import (
     worn_volume,
 )
 from gearplay.life.result import COLUMNS, COORDINATES, Wear, worn
+from gearplay.model import geometry
+from gearplay.results.provenance import provenance
+from gearplay.results.simulate import case_of, simulate
+from gearplay.vocabulary.errors import NO_VALUE, InputError, SimulationError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -89,7 +89,9 @@ def wear(
     reference = reference_rotor(first, rotor)
     flanks, bushes = wearing_flanks(first), wearing_bushes(first)
     if not flanks and not bushes:
-        raise InputError.of("wear", NO_VALUE, "is required in a mesh or a sleeve", "Give its coefficient there")
+        raise InputError.of(
+            "wear", NO_VALUE, "is required in a mesh or a sleeve", "Give its coefficient there"
+        )
     step = turns / blocks
     depths = [starting_depths(first, flanks)]
     worn_off = [{name: {each: np.zeros(DIRECTIONS) for each in SURFACES} for name in bushes}]
@@ -168,7 +170,9 @@ def reference_rotor(case: Case, rotor: str | None) -> str:
             rule = "must be a rotor of the case"
             raise InputError.of("rotor", rotor, rule, f"Rotors: {', '.join(list(case.rotors)[:24])}")
         return rotor
-    return next((name for name, each in case.rotors.items() if each.drive is not None), next(iter(case.rotors)))
+    return next(
+        (name for name, each in case.rotors.items() if each.drive is not None), next(iter(case.rotors))
+    )
 
 
 def _simulated(case: Case, flanks: Any, bushes: list[str], progress: Progress | None) -> Result:
@@ -180,7 +184,9 @@ def _simulated(case: Case, flanks: Any, bushes: list[str], progress: Progress | 
     return result
 
 
-def _part_of(progress: Progress | None, block: int, blocks: int) -> Callable[[str, float, float], None] | None:
+def _part_of(
+    progress: Progress | None, block: int, blocks: int
+) -> Callable[[str, float, float], None] | None:
     if progress is None:
         return None
     return lambda _, done, total: progress("wear", block + done / total, float(blocks))

@@ -167,7 +167,7 @@ def steepness(rows: Floats, teeth: int, spline: list[list[float]]) -> tuple[floa
 
 
 def _steepest(pieces: list[list[float]]) -> tuple[float, float]:
-    """Return the largest slope and curvature of a piecewise cubic: at ends of pieces, slopes also where curvature changes sign."""
+    """Return the largest slope and curvature of a piecewise cubic: at ends of pieces, the slope also where curvature is 0."""
     c = np.array(pieces)
     width, (c_1, c_2, c_3) = np.diff(c[:, 0]), c[:-1, 2:].T
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -106,9 +106,7 @@ UNBALANCE: Final = Quantity("unbalance", "U", "kg m", "g mm", 1e6, "unbalance")
 SPECTRAL_DENSITY: Final = Quantity(
     "spectral_density", "S", "(m/s^2)^2/Hz", "(m/s^2)^2/Hz", 1.0, "spectral density of acceleration"
 )
-WEAR_COEFFICIENT: Final = Quantity(
-    "wear_coefficient", "k", "m^2/N", "mm^3/(N m)", 1e9, "wear coefficient"
-)
+WEAR_COEFFICIENT: Final = Quantity("wear_coefficient", "k", "m^2/N", "mm^3/(N m)", 1e9, "wear coefficient")
 HERTZ_STIFFNESS: Final = hertz_stiffness(1.5)
 
 DIMENSIONS: Final[Mapping[str, Quantity]] = MappingProxyType({

@@ -16,9 +16,7 @@ class BushWear(Part):
         float, Measure(q.WEAR_COEFFICIENT, "wear coefficient k, hardness included", gt=0.0)
     ]
     bush_coefficient: (
-        Annotated[
-            float, Measure(q.WEAR_COEFFICIENT, "that of the bush, coefficient if not given", gt=0.0)
-        ]
+        Annotated[float, Measure(q.WEAR_COEFFICIENT, "that of the bush, coefficient if not given", gt=0.0)]
         | None
     ) = Field(default=None, exclude_if=is_absent)
     length: Annotated[float, Measure(q.LENGTH, "length of the contact along the axis", gt=0.0, le=100.0)]
