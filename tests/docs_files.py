@@ -71,6 +71,11 @@ def make_rig(path: Path) -> None:
     path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
 
 
+def make_housing_rig(path: Path) -> None:
+    text = (ROOT / "docs" / "rig.md").read_text(encoding="utf-8")
+    path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[1], encoding="utf-8")
+
+
 def make_my_rig(path: Path) -> None:
     text = (ROOT / "docs" / "how-to" / "measure.md").read_text(encoding="utf-8")
     path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
@@ -124,6 +129,7 @@ FILES: dict[str, Callable[[Path], None]] = {
     "my-case.toml": make_case,
     "rig.toml": make_rig,
     "my-rig.toml": make_my_rig,
+    "housing.toml": make_housing_rig,
     "pairs.toml": make_drawn_gears,
     "wind-stage.toml": make_drawn_gears,
     "motor.mat": make_motor,
