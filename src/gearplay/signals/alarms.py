@@ -46,8 +46,8 @@ class AlarmLimit:
     def message(self) -> str:
         """Threshold and what it was set by, as text."""
         return (
-            f"alarm above {self.threshold:.3g} healthy spreads of {', '.join(self.watched)}, set by {self.records} healthy records "
-            f"for false alarms in {100.0 * self.false_alarms:g} %"
+            f"alarm above {self.threshold:.3g} healthy spreads of {', '.join(self.watched)}, set by {self.records} healthy "
+            f"records for false alarms in {100.0 * self.false_alarms:g} %"
         )
 
 
