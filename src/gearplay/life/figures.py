@@ -31,8 +31,11 @@ def wear_drawing(ds: xr.Dataset) -> Any:
     rows = -(-(len(panels) + 1) // 2)
     figure, axes = make_figure(rows, 2, 3.4 * rows)
     turns = ds["turns"].values
+    counted = _counted(turns)
     each = list(axes.flat)
-    colors = set_color_scale(figure, each, list(turns), f"turns of {ds.attrs['rotor']} [1]")
+    colors = set_color_scale(
+        figure, each, list(turns / counted), f"turns of {ds.attrs['rotor']} [{_unit(ds)}]"
+    )
     for ax, (kind, k) in zip(each, panels, strict=False):
         _depths(ax, ds, k, colors) if kind == "flank" else _bush(ax, ds, k, colors)
     _play(each[len(panels)], ds)
@@ -42,6 +45,16 @@ def wear_drawing(ds: xr.Dataset) -> Any:
         figure, f"{ds.attrs.get('title') or 'Case'}: wear over {turns[-1]:.3g} turns of {ds.attrs['rotor']}"
     )
     return figure
+
+
+def _counted(turns: Any) -> float:
+    """Return the power of a thousand in which turns are counted in the figure."""
+    return float(10.0 ** (3 * max(int(np.log10(max(float(turns[-1]), 1.0)) // 3), 0)))
+
+
+def _unit(ds: xr.Dataset) -> str:
+    counted = _counted(ds["turns"].values)
+    return "1" if counted == 1.0 else f"{counted:.0e}".replace("e+0", "e")
 
 
 def _depths(ax: Any, ds: xr.Dataset, k: int, colors: list[Any]) -> None:
@@ -62,7 +75,7 @@ def _bush(ax: Any, ds: xr.Dataset, k: int, colors: list[Any]) -> None:
 
 
 def _play(ax: Any, ds: xr.Dataset) -> None:
-    turns, number = ds["turns"].values, 0
+    turns, number = ds["turns"].values / _counted(ds["turns"].values), 0
     for variable, dim, words in (
         ("backlash", "mesh", "backlash"),
         ("radial_clearance", "sleeve", "radial clearance"),
@@ -76,7 +89,7 @@ def _play(ax: Any, ds: xr.Dataset) -> None:
                 turns, 1e6 * ds[variable].values[:, k], color=color, marker=".", linewidth=1.2, label=label
             )
             number += 1
-    ax.set_xlabel(plain(f"turns of {ds.attrs['rotor']} [1]"), fontsize=SMALL)
+    ax.set_xlabel(plain(f"turns of {ds.attrs['rotor']} [{_unit(ds)}]"), fontsize=SMALL)
     ax.set_ylabel("play [µm]", fontsize=SMALL)
     ax.locator_params(axis="x", nbins=4)
     ax.legend(fontsize=SMALL, frameon=False)
