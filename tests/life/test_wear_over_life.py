@@ -146,6 +146,16 @@ def test_bush__counts_whole_turns_only() -> None:
         bush_rates(short, "two")  # type: ignore[arg-type]
 
 
+def test_bush__of_a_rocking_journal_counts_all_of_the_block() -> None:
+    """A journal that swings by 20 deg under a fixed load wears on one side, as far as arc and swing reach."""
+    _, motion = bearing_motion(load_turns=False)
+    swing = np.radians(20.0) * np.sin(motion.signals["theta", "two"])
+    rates = bush_rates(motion._replace(signals={**motion.signals, ("theta", "two"): swing}), "two")  # type: ignore[arg-type]
+    reach = np.abs((ANGLES - 1.5 * math.pi + math.pi) % (2.0 * math.pi) - math.pi)
+    assert np.all(rates["journal"][reach > math.radians(51.0)] < 1e-9 * np.max(rates["journal"]))
+    assert np.mean(rates["journal"]) == pytest.approx(np.mean(rates["bush"]), rel=1e-9)
+
+
 @pytest.fixture(scope="module")
 def worn() -> Any:
     return gp.wear(wearing_pair(), turns=2e5, blocks=2)

@@ -19,8 +19,8 @@ DIRECTIONS = 360
 ANGLES: Floats = 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
 """Directions [rad] at which depths are computed: of a bush from its centre, of a journal in the frame that turns with it."""
 SURFACES = ("journal", "bush")
-ROCKS = 0.05
-"""Part of a turn of the journal against its bush in a block up to which it rocks: all of the block counts then."""
+ROCKS = 0.5
+"""Share of the way of a journal in its bush that is net rotation, up to which it rocks: all of the block counts then."""
 
 
 def wearing_bushes(case: Case) -> list[str]:
@@ -66,15 +66,16 @@ def bush_rates(result: Result, name: str) -> dict[str, Floats]:
 
 def _whole_turns(case: Case, name: str, turn: Floats) -> NDArray[np.bool_]:
     """Return which samples of the rotation of a journal in its bush [rad] are of the last whole turns, all where it rocks."""
-    total = abs(turn[-1] - turn[0]) / (2.0 * math.pi) * len(turn) / max(len(turn) - 1, 1)
-    if total <= ROCKS:
+    net = abs(turn[-1] - turn[0])
+    total = net / (2.0 * math.pi) * len(turn) / max(len(turn) - 1, 1)
+    if net <= ROCKS * float(np.sum(np.abs(np.diff(turn)))):
         return np.ones(len(turn), dtype=bool)
     if total < 1.0 - 1e-9:
         least = math.ceil(1e3 * case.run.duration / total) / 1e3
         rule = f"must be at least {least:g} s, a turn of {name} in its bush"
         raise InputError.of("run.duration", f"{case.run.duration:g} s", rule, "Raise it")
     whole = math.floor(total + 1e-9)
-    step = abs(turn[-1] - turn[0]) / (len(turn) - 1)
+    step = net / (len(turn) - 1)
     return np.asarray(np.abs(turn[-1] - turn) < 2.0 * math.pi * whole - 0.5 * step)
 
 

@@ -79,7 +79,7 @@ def wear(
     --------
     >>> import gearplay as gp
     >>> bush = {"coefficient": "1e-16 m^2/N", "length": "10 mm"}
-    >>> case = gp.replace("han2021", {"sleeves.ring.wear": bush, "run.duration": 0.05, "run.transient": 0.0})
+    >>> case = gp.replace("han2021", {"sleeves.ring.wear": bush, "run.duration": 1.6, "run.transient": 0.0})
     >>> worn = gp.wear(case, turns=1e6, blocks=1)
     >>> worn.ds["radial_clearance"].values[:, 0].round(6)[0].item()
     0.0001

@@ -143,13 +143,15 @@ class HousingPath(Part):
             speed = sum(mode.velocity.join(sharp, 1.0 / sampling) for mode in self.modes)
             return np.asarray(np.diff(speed) * sampling)
         size = 2 * len(change)  # the response of the second half does not come round to the first
-        frequency = np.fft.rfftfreq(size, 1.0 / sampling)
-        ahead = 2j * math.pi * frequency / sampling
+        frequency: Floats = np.fft.rfftfreq(size, 1.0 / sampling).astype(np.float64)
+        ahead: Complex = 2j * math.pi * frequency / sampling
         ahead[0] = 1.0  # a constant force makes no acceleration
-        averaged = np.expm1(ahead) / ahead
+        averaged: Complex = np.expm1(ahead) / ahead
         averaged[0] = 0.0
         change = np.concatenate([change, np.linspace(change[-1], 0.0, len(change))])  # no jump at the end
-        spectrum = np.fft.rfft(change, size) * self._interpolated(frequency) * averaged
+        spectrum: Complex = (
+            np.fft.rfft(change, size).astype(np.complex128) * self._interpolated(frequency) * averaged
+        )
         return np.asarray(np.fft.irfft(spectrum, size)[: len(force) - 1])
 
 
