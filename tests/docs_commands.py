@@ -40,6 +40,7 @@ SHORTER: dict[str, tuple[str, ...]] = {
     "bifurcation": ("--count", "8", "--settle", "50", "--keep", "20", "--orbits", "12"),
     "measure": ("--duration", "2"),
     "dataset": ("--set", "run.duration=20ms", "--set", "run.transient=0s"),
+    "wear": ("--blocks", "1"),
     "portrait": ("--settle", "50", "--keep", "100"),
 }
 LEFT_OUT = {"--claims"}

@@ -71,6 +71,26 @@ def make_rig(path: Path) -> None:
     path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
 
 
+def make_gear(path: Path, seed: int = 100) -> None:
+    """Write a second of a gear of 20 teeth at 20 turns a second, with its own noise over the turn."""
+    rng = np.random.default_rng(seed)
+    turn = np.arange(8000.0) / 8000.0 * 20.0 % 1.0
+    own = np.interp(turn, np.arange(200) / 200.0, rng.normal(size=200), period=1.0)
+    acc = np.sin(2.0 * np.pi * 20.0 * turn) + 0.05 * own
+    gp.write_record(gp.Record((gp.Channel("acc", acc, 8000.0, "m/s^2"),)), path)
+
+
+def make_gears(path: Path) -> None:
+    path.mkdir()
+    for seed in range(49):
+        make_gear(path / f"{seed}.h5", seed)
+
+
+def make_housing_rig(path: Path) -> None:
+    text = (ROOT / "docs" / "rig.md").read_text(encoding="utf-8")
+    path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[1], encoding="utf-8")
+
+
 def make_my_rig(path: Path) -> None:
     text = (ROOT / "docs" / "how-to" / "measure.md").read_text(encoding="utf-8")
     path.write_text(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
@@ -124,9 +144,12 @@ FILES: dict[str, Callable[[Path], None]] = {
     "my-case.toml": make_case,
     "rig.toml": make_rig,
     "my-rig.toml": make_my_rig,
+    "housing.toml": make_housing_rig,
     "pairs.toml": make_drawn_gears,
     "wind-stage.toml": make_drawn_gears,
     "motor.mat": make_motor,
+    "now.h5": make_gear,
+    "sound-records": make_gears,
     "gearbox.h5": make_gearbox,
     "gearbox-new.h5": make_new_gearbox,
 }

@@ -12,6 +12,7 @@ from gearplay.gear_pairs.teeth import teeth as teeth
 from gearplay.hysteresis.describing import describing_function as describing_function
 from gearplay.hysteresis.lost_motion import lost_motion as lost_motion
 from gearplay.hysteresis.reduction import reduce as reduce
+from gearplay.life.wear import wear as wear
 from gearplay.linear.analyses import campbell as campbell
 from gearplay.linear.analyses import frequency_response as frequency_response
 from gearplay.linear.analyses import modes as modes

@@ -36,6 +36,7 @@ RESULTS: Final = MappingProxyType(
         "teeth": "gear_pairs.teeth:Teeth",
         "validation": "validation.validate:Validation",
         "load sharing": "planets.sharing:LoadSharing",
+        "wear": "life.result:Wear",
         "campbell": "linear.campbell:Campbell",
         "frequency response": "linear.response:FrequencyResponse",
     }

@@ -1,6 +1,7 @@
 """`gearplay analyze`: statistics, lines and figures of a record; units, speeds and the band of an envelope; refusals."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -145,3 +146,64 @@ def test_refusals__one_sentence(
         run(["analyze", str(carrier), *words, *([] if "--channel" in words else ["--channel", "acc"])]) == 2
     )
     assert sentence in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.fixture(scope="module")
+def healthy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write 19 healthy records of a gear of 20 teeth at 10 turns a second."""
+    folder = tmp_path_factory.mktemp("healthy")
+    for seed in range(19):
+        gp.write_record(gp.Record((gear_channel(seed),)), folder / f"{seed}.h5")
+    return folder
+
+
+def gear_channel(seed: int, burst: float = 0.0) -> gp.Channel:
+    """Return two seconds of a mesh with its own noise over the turn, and a burst at one tooth."""
+    rng = np.random.default_rng(seed)
+    turn = np.arange(RATE * 2.0) / RATE * 10.0 % 1.0
+    pattern = np.fft.irfft(np.fft.rfft(rng.normal(size=200)) * (np.arange(101) > 2), 200)
+    own = np.interp(turn, np.arange(200) / 200.0, pattern, period=1.0)
+    acc = np.sin(2.0 * np.pi * 20.0 * turn) + 0.05 * own + burst * (np.abs(turn - 0.5) < 0.02)
+    return gp.Channel("acc", acc, RATE, "m/s^2")
+
+
+@pytest.mark.parametrize(("burst", "raised"), [(0.0, False), (1.0, True)])
+def test_alarm__of_a_burst_at_one_tooth(
+    burst: float, raised: bool, healthy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gp.write_record(gp.Record((gear_channel(100, burst),)), tmp_path / "now.h5")
+    words = [
+        "analyze",
+        str(tmp_path / "now.h5"),
+        "--speed",
+        "600 rpm",
+        "--teeth",
+        "20",
+        "--healthy",
+        str(healthy),
+    ]
+    assert run(words) == 2  # 19 records are too few for 2 %
+    assert "must be at least 49" in capsys.readouterr().err
+    words += ["--false-alarms", "0.05"]
+    assert run([*words, "--json"]) == 0
+    alarm = json.loads(capsys.readouterr().out)["alarm"]
+    assert alarm["raised"] is raised
+    assert (alarm["score"] > alarm["threshold"]) is raised
+    assert run(words) == 0
+    shown = capsys.readouterr().out
+    assert ("ALARM: score" if raised else "no alarm: score") in shown
+    assert "set by 19 healthy records for false alarms in 5 %" in shown
+
+
+@pytest.mark.parametrize(
+    ("words", "rule"),
+    [
+        (["--healthy", "nowhere", "--teeth", "20"], "--healthy.*folder with a file"),
+        (["--healthy", "nowhere"], "--healthy.*must be given with --teeth"),
+    ],
+)
+def test_alarm__without_what_it_needs_is_refused(
+    words: list[str], rule: str, healthy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["analyze", str(healthy / "0.h5"), "--speed", "600 rpm", *words]) == 2
+    assert re.search(rule, capsys.readouterr().err)

@@ -53,7 +53,7 @@ def written_before(page: Path, file: str) -> bool:
     for words in (command.words for command in commands_of(page)):
         if words[1] == "copy" and len(words) > 2 and (given(words, "--out") or f"{words[2]}.toml") == file:
             return True
-        if given(words, "--out") == file:
+        if given(words, "--out") in (file, Path(file).parent.as_posix()):
             return True
     return file in FILES
 

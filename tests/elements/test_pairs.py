@@ -82,7 +82,9 @@ def _faults(name: str, teeth: int, internal: bool) -> list[Document]:
     if not internal:
         shapes.append({"kind": "crack", "depth": 2e-3})
     found = [{**shapes[tooth % len(shapes)], "at": name, "tooth": tooth} for tooth in range(min(teeth, 20))]
-    return [*found, {"kind": "wear", "at": name, "depth": 4e-6, "flank": "both"}]
+    profile = [[0.0, 6e-6], [0.2, 2e-6], [0.45, 0.0], [0.8, 3e-6], [0.95, 1e-6]]
+    worn = {"kind": "wear", "at": name, "flank": "left", "profile": profile}
+    return [*found, worn, {"kind": "wear", "at": name, "depth": 4e-6, "flank": "both"}]
 
 
 def carried(document: Document, sign: float, angle: float) -> Document:

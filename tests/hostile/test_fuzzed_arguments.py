@@ -125,6 +125,11 @@ def valid(folder: Path) -> dict[str, dict[str, Any]]:
         },
         "torsional_pair": {"frequency": 0.8},
         "validate": {},
+        "wear": {
+            "case": gp.replace("han2021", {"sleeves.ring.wear": {"coefficient": 1e-16, "length": 0.01}}),
+            "turns": 1e5,
+            "blocks": 1,
+        },
         "write_record": {"record": record, "path": folder / "again.h5", "overwrite": True},
     }
 

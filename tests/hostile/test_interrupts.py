@@ -44,6 +44,16 @@ VERBS: dict[str, list[str]] = {
     "analyze": ["analyze", "run.nc", "--channel", "ring.ax"],
     "export": ["export", "run.nc", "--out", "out.nc"],
     "validate": ["validate"],
+    "wear": [
+        "wear",
+        "han2021",
+        "--turns",
+        "1e6",
+        "--set",
+        'sleeves.ring.wear={coefficient=1e-16, length="10 mm"}',
+        "--out",
+        "w",
+    ],
 }
 BEGIN = """
 import sys

@@ -5,13 +5,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 from scipy.optimize import minimize_scalar
 
 from building import Document, Floats, case_of, merged, mesh_at, simulate_one
 from gearplay.model.geometry import pair_of
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import load_case
+from gearplay.model.tooth_rows import profile_pieces, steepness
 from gearplay.parts.mesh.geometry import P_D
 from gearplay.parts.mesh.pairs.overlap import pair_overlap, pair_stiffness, teeth_of_pair
 from gearplay.parts.registry import MESH
@@ -172,6 +173,33 @@ def test_wear__of_all_teeth_vanishes_at_half_of_the_path() -> None:
         assert np.all(np.abs(changes(wear, x, 0, 1)[:, 1]) < 1e-12)
 
 
+PROFILE = [[0.1, 0.0], [0.3, 12e-6], [0.5, 3e-6], [0.6, 9e-6]]
+
+
+def test_worn_profile__is_missing_at_its_points_and_held_beyond_them() -> None:
+    """All teeth of the flank alike; it adds to wear by depth, and its cubics stay between their points."""
+    worn = {"kind": "wear", "at": "two", "profile": PROFILE}
+    for x, missing in ((0.0, 0.0), (0.1, 0.0), (0.3, 12e-6), (0.5, 3e-6), (0.6, 9e-6), (0.9, 9e-6)):
+        assert changes(worn, x, 1)[:, 1] == pytest.approx(np.full(TEETH[1], missing), abs=1e-11)
+        assert np.all(np.abs(changes(worn, x, 1, 1)[:, 1]) < 1e-12)
+    assert 3e-6 < changes(worn, 0.4, 1)[0, 1] < 12e-6
+    both = [worn, {"kind": "wear", "at": "two", "depth": 30e-6}]
+    apart = passages(document(), 0.3, 1)[:, 1] - passages(document(both), 0.3, 1)[:, 1]
+    assert apart == pytest.approx(np.full(TEETH[1], 12e-6 + 30e-6 * 0.16), abs=1e-11)
+
+
+def test_steepness__of_a_worn_profile_is_that_of_its_cubics() -> None:
+    pieces = profile_pieces(tuple((x, depth) for x, depth in PROFILE))
+    rows = np.zeros((2, 5, 3))
+    rows[1, 4, :2] = 0.0, len(pieces) - 1
+    slope, bend = steepness(rows.reshape(-1, 3), 1, pieces.tolist())
+    curve = PPoly(pieces[:-1, 4:0:-1].T, pieces[:, 0])
+    x = np.linspace(0.1, 0.6, 200_001)
+    assert slope == pytest.approx(np.max(np.abs(curve(x, 1))), rel=1e-6)
+    assert bend == pytest.approx(np.max(np.abs(curve(x, 2))), rel=1e-3)
+    assert curve(0.1, 1) == pytest.approx(0.0, abs=1e-12)
+
+
 @pytest.mark.parametrize("contact", ["mesh", "pairs"])
 def test_eccentricity__adds_to_runout_as_vectors(contact: str) -> None:
     meshes = [{**document()["meshes"][0], "contact": contact}]
@@ -225,6 +253,15 @@ def test_two_faults_of_one_kind__of_one_tooth_and_flank_are_refused(second: Docu
         load_case(found)
 
 
+def test_two_worn_profiles__of_one_flank_are_refused() -> None:
+    worn = {"kind": "wear", "at": "one", "profile": PROFILE}
+    assert len(load_case(document([worn, {**worn, "flank": "right"}])).faults) == 2
+    with pytest.raises(
+        InputError, match=r'faults.1.profile = "4 points": must not be that of faults.0, a wear'
+    ):
+        load_case(document([worn, {**worn, "flank": "both"}]))
+
+
 def test_fault_of_a_gear_in_no_mesh__is_refused() -> None:
     alone = {"teeth": 20, "mass": 1.0, "inertia": 1e-3, "position": [1.0, 0.0]}
     with pytest.raises(InputError, match=r"faults.0.at.*gear in a mesh"):
@@ -248,6 +285,10 @@ UNCOUPLED: Document = {
         ({"kind": "pitch", "at": "one", "offset": 1e-5}, UNCOUPLED, r"faults.0.kind.*follow the centres"),
         ({**CRACK, "kind": "spall", "depth": 1e-5, "start": 0.6, "end": 0.5}, {}, r"faults.0.end.*above start"),
         ({**CRACK, "depth": -1e-3}, {}, r"faults.0.depth"),
+        ({"kind": "wear", "at": "one"}, {}, r"faults.0.depth.*required, or a profile"),
+        ({"kind": "wear", "at": "one", "depth": 1e-6, "profile": PROFILE}, {}, r"faults.0.profile.*beside depth"),
+        ({"kind": "wear", "at": "one", "profile": PROFILE[:1]}, {}, r"faults.0.profile.*two points"),
+        ({"kind": "wear", "at": "one", "profile": PROFILE[::-1]}, {}, r"faults.0.profile.1.*higher"),
     ],
 )  # fmt: skip
 def test_refusals__name_the_field(fault: Document, more: Document, words: str) -> None:

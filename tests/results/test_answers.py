@@ -14,6 +14,7 @@ import gearplay as gp
 from datasets.plans import FEW
 from gearplay.results.provenance import KIND
 from gearplay.sweeps.result import SweepResult
+from life.pairs import wearing_pair
 from machine_records import bearing_record
 
 FORCE = "meshes.0.transmission_error.0.amplitude"
@@ -52,6 +53,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "calibration": some_calibration,
     "bifurcation": lambda: gp.bifurcation(pair(), FORCE, [4e-6, 5e-6], ["wheel.theta"], settle=5, keep=3),
     "teeth": lambda: gp.teeth("han2021"),
+    "wear": lambda: gp.wear(wearing_pair(), turns=1e6, blocks=1),
     "validation": lambda: gp.validate(),
     "portrait": lambda: gp.portrait("han2021", settle=2, keep=3, show=1),
     "section": lambda: gp.section("han2021", ["ring.x", "ring.vx"], keep=4, period="mesh"),

@@ -1,7 +1,7 @@
 """`gearplay analyze RECORD`: statistics, lines and a report page of a measured or simulated record."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
@@ -42,6 +42,13 @@ def analyze(
         int | None,
         typer.Option("--teeth", min=3, help="Teeth of the gear on the shaft of --speed, for its indicators."),
     ] = None,
+    healthy: Annotated[
+        Path | None,
+        typer.Option("--healthy", help="Folder of healthy records: an alarm where indicators exceed theirs."),
+    ] = None,
+    false_alarms: Annotated[
+        float, typer.Option("--false-alarms", help="Share of healthy records that raise an alarm.")
+    ] = 0.02,
     band: Annotated[
         tuple[str, str] | None,
         typer.Option("--band", metavar="LOW HIGH", help="Band of the envelope spectrum: 2kHz 4kHz."),
@@ -79,6 +86,19 @@ def analyze(
     chosen, turning = held.channel(channel or usual), speed_of(held, speed, pulses)
     ends = _most_impulsive(chosen, ends) if envelope else ends
     indicators = None if teeth is None else _indicators(chosen, turning, teeth)
+    alarm = None
+    if healthy is not None:
+        if teeth is None:
+            from gearplay.vocabulary.errors import InputError
+
+            rule = "must be given with --teeth, whose indicators it compares"
+            raise InputError.of("--healthy", str(healthy), rule, "Give the number of teeth")
+
+        def found_in(path: Path) -> Any:
+            each, its = record_in(path, rate, units_of(units or ()))
+            return _gear_indicators(each.channel(channel or its), speed_of(each, speed, pulses), teeth)[0]
+
+        alarm = _alarm(_gear_indicators(chosen, turning, teeth)[0], healthy, found_in, false_alarms)
     table = line_table(chosen, expected) if expected else None
     found = None if ends is None else _envelope_lines(chosen, *ends)
     figures: list[Path] = []
@@ -98,6 +118,7 @@ def analyze(
         "settings": table.caption if table is not None else "",
         "envelope": found,
         "indicators": indicators,
+        "alarm": alarm,
         "left_out": held.attributes.get("left out", ""),
         "figures": [str(path) for path in figures],
     }
@@ -199,6 +220,32 @@ def _most_impulsive(channel: Any, band: tuple[float, float] | None) -> tuple[flo
 
 def _indicators(channel: Any, speed: Any, teeth: int) -> dict[str, Any]:
     """Return the condition indicators of the gear on the shaft that turns with a speed."""
+    found, settings = _gear_indicators(channel, speed, teeth)
+    return {**asdict(found), "settings": settings}
+
+
+def _alarm(
+    found: Any, folder: Path, indicators_of: Callable[[Path], Any], false_alarms: float
+) -> dict[str, Any]:
+    """Return whether indicators raise an alarm against those of the records in a folder, with score and threshold."""
+    from gearplay.signals.alarms import alarm_limit
+    from gearplay.vocabulary.errors import InputError
+
+    files = sorted(path for path in folder.iterdir() if path.is_file()) if folder.is_dir() else []
+    if not files:
+        rule = "must be a folder with a file for each healthy record"
+        raise InputError.of("--healthy", str(folder), rule, "Name one")
+    limit = alarm_limit([indicators_of(path) for path in files], false_alarms=false_alarms)
+    return {
+        "raised": limit.raises(found),
+        "score": limit.score(found),
+        "threshold": limit.threshold,
+        "settings": limit.message,
+    }
+
+
+def _gear_indicators(channel: Any, speed: Any, teeth: int) -> tuple[Any, str]:
+    """Return the condition indicators of a gear, and the settings of their average as text."""
     from gearplay.signals.indicators import gear_indicators
     from gearplay.signals.synchronous import synchronous_average
     from gearplay.vocabulary.errors import InputError
@@ -207,7 +254,7 @@ def _indicators(channel: Any, speed: Any, teeth: int) -> dict[str, Any]:
         rule = "must be given with --teeth: indicators are of the average over the turns of the gear's shaft"
         raise InputError.of("--speed", "nothing", rule, 'Write for example --speed "1500 rpm"')
     average = synchronous_average(channel, speed)
-    return {**asdict(gear_indicators(average, teeth)), "settings": average.caption}
+    return gear_indicators(average, teeth), average.caption
 
 
 def _envelope_lines(channel: Any, low: float, high: float) -> dict[str, Any]:
@@ -278,6 +325,13 @@ def _words(document: dict[str, Any]) -> str:
         rows += [f"  {line['frequency']:.6g} Hz: {line['amplitude']:.4g} {unit}" for line in found["lines"]]
     if document["indicators"] is not None:
         rows += _indicator_rows(document["indicators"])
+    if document["alarm"] is not None:
+        alarm = document["alarm"]
+        verdict = "ALARM" if alarm["raised"] else "no alarm"
+        rows += [
+            f"{verdict}: score {alarm['score']:.3g}, threshold {alarm['threshold']:.3g}",
+            f"  ({alarm['settings']})",
+        ]
     if document["left_out"]:
         rows.append(f"left out, as they are no evenly sampled real numbers: {document['left_out']}")
     if document["figures"]:

@@ -40,6 +40,7 @@ COMMANDS: Final = (
     "modes",
     "load_sharing",
     "lost_motion",
+    "wear",
     "motion",
     "portrait",
     "bifurcation",

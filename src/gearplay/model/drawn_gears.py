@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearplay.model import geometry
 from gearplay.model.massless import field_path
-from gearplay.parts.mesh.faults import ChipFault, CrackFault, GearFault, SpallFault
+from gearplay.parts.mesh.faults import ChipFault, CrackFault, GearFault, SpallFault, WearFault
 from gearplay.parts.mesh.schema import PlanetMesh
 from gearplay.parts.mesh.stiffness import TeethStiffness
 from gearplay.toothing.allowances import distance_allowance
@@ -259,15 +259,20 @@ def _lost_faults(case: Case) -> Iterator[Fault]:
         if name not in meshed:
             rule, cure = "must be a gear in a mesh", f"Meshes have: {', '.join(sorted(meshed))}"
             yield Fault(f"faults.{index}.at", fault.at, rule, cure if meshed else "Add a mesh")
-        elif isinstance(fault, (CrackFault, ChipFault, SpallFault)):
-            flank = getattr(fault, "flank", "both")
-            keys = [
-                (name, fault.kind, fault.tooth, side) for side in ("left", "right") if flank in (side, "both")
-            ]
+        elif isinstance(fault, (CrackFault, ChipFault, SpallFault)) or (
+            isinstance(fault, WearFault) and fault.profile
+        ):
+            flank, tooth = getattr(fault, "flank", "both"), getattr(fault, "tooth", -1)
+            keys = [(name, fault.kind, tooth, side) for side in ("left", "right") if flank in (side, "both")]
             first = next((seen[key] for key in keys if key in seen), None)
             if first is not None:
+                field, shown = (
+                    ("profile", f"{len(fault.profile)} points")
+                    if isinstance(fault, WearFault)
+                    else ("tooth", fault.tooth)
+                )
                 rule = f"must not be that of faults.{first}, a {fault.kind} of the same gear and flank"
-                yield Fault(f"faults.{index}.tooth", fault.tooth, rule, "Keep one of the two")
+                yield Fault(f"faults.{index}.{field}", shown, rule, "Keep one of the two")
             seen |= dict.fromkeys(keys, index)
 
 

@@ -15,7 +15,7 @@ from gearplay.vocabulary.errors import NO_VALUE, Fault, join_path
 if TYPE_CHECKING:
     from gearplay.parts.planetary.schema import Planetary
 
-TABLES: Final = ("rotors", "sleeves", "supports")
+TABLES: Final = ("rotors", "sleeves", "supports", "bearings")
 
 
 def with_members(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -34,11 +34,13 @@ def with_members(given: Mapping[str, Any]) -> dict[str, Any]:
     for k, table in enumerate(TABLES):
         if not isinstance(case.get(table, {}), Mapping):
             return case  # at fault
+        if table == "bearings" and not any(each[k] for each in parts):
+            continue
         made = {name: part for each in parts for name, part in each[k].items()}  # type: ignore[union-attr]
         case[table] = {**case.get(table, {}), **made}
     meshes = case.get("meshes", ())
     if isinstance(meshes, (list, tuple)):
-        case["meshes"] = [*meshes, *(mesh for each in parts for mesh in each[3])]
+        case["meshes"] = [*meshes, *(mesh for each in parts for mesh in each[-1])]
     return case
 
 
@@ -48,8 +50,8 @@ def without_members(given: Mapping[str, Any], sets: Iterable[str]) -> dict[str, 
     if not sets:
         return case
     for table in TABLES:
-        if isinstance(case.get(table), Mapping):
-            case[table] = {k: part for k, part in case[table].items() if not _is_member(k, sets)}
+        if isinstance(case.get(table), Mapping) and case[table]:
+            case[table] = {k: part for k, part in case[table].items() if not _is_made(table, k, sets)}
     if isinstance(case.get("meshes"), (list, tuple)):
         case["meshes"] = [mesh for mesh in case["meshes"] if not _is_within(mesh, sets)]
     return case
@@ -90,6 +92,12 @@ def _valid(raw: Any) -> Planetary | None:
 
 def _is_member(name: object, sets: Iterable[str]) -> bool:
     return isinstance(name, str) and "." in name and name.partition(".")[0] in sets
+
+
+def _is_made(table: str, name: object, sets: Iterable[str]) -> bool:
+    """Return whether a part is one that a set makes: of any member, in ``bearings`` of a planet."""
+    planets = table != "bearings" or ".planet" in str(name)
+    return planets and _is_member(name, sets)
 
 
 def _is_within(mesh: Any, sets: Iterable[str]) -> bool:

@@ -102,12 +102,12 @@ def pack_pairs(
         if (relief := given.tip_relief) is not None:
             slope += relief.power * relief.amount / relief.length
             bend += (relief.power - 1.0) * 2.0 * relief.amount / relief.length**2
-        rows = tooth_rows(case, name, pair, found, k, member)
+        rows = tooth_rows(case, name, pair, found, k, member, spline)
         if rows is not None:
             setattr(m, f"toothing_{ending}", len(terms))
             setattr(m, f"rows_{ending}", len(rows) // (2 * gear.teeth))
             terms.extend(rows.tolist())
-            steepest, most_curved = steepness(rows, gear.teeth)
+            steepest, most_curved = steepness(rows, gear.teeth, spline)
             slope += steepest / width
             bend += most_curved / width**2
     m.deviation_slope, m.deviation_curvature = slope, bend

@@ -22,14 +22,22 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 WITH_FAULTS = 4
 """Rows of a flank of a tooth of a gear with faults."""
+WITH_PROFILE = 5
+"""Rows of a flank of a tooth of a gear with a worn profile."""
 GONE = 0.1
 """Material that a missing tooth lacks [m]: more than any pair could overlap."""
-WHOLE = (0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0)
+WHOLE = (0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Rows without a fault: nothing is missing, spall and chip begin beyond the tip."""
 
 
 def tooth_rows(
-    case: "Case", name: str, pair: GearPair, stiffness: PathStiffness | None, which: int, member: int
+    case: "Case",
+    name: str,
+    pair: GearPair,
+    stiffness: PathStiffness | None,
+    which: int,
+    member: int,
+    spline: list[list[float]],
 ) -> Floats | None:
     """Return the rows of all teeth of a gear, two flanks a tooth, the clockwise one first; None for perfect teeth.
 
@@ -45,6 +53,8 @@ def tooth_rows(
         0 for the first gear of the pair, 1 for the second.
     member
         Number of the member, whose deviations are drawn.
+    spline
+        Pieces of cubics, to which those of worn profiles are added.
 
     """
     gear = (pair.first, pair.second)[which]
@@ -52,13 +62,20 @@ def tooth_rows(
     broken = [fault for _, fault in tooth_faults(case, name)]
     if not broken:
         return deviating
-    rows = np.tile(np.reshape(WHOLE, (WITH_FAULTS, 3)), (gear.teeth, 2, 1, 1))
+    profiled = any(isinstance(fault, faults.WearFault) and fault.profile for fault in broken)
+    count = WITH_PROFILE if profiled else WITH_FAULTS
+    rows = np.tile(np.reshape(WHOLE[: 3 * count], (count, 3)), (gear.teeth, 2, 1, 1))
     if deviating is not None:
         rows[:, :, 0] = deviating.reshape(gear.teeth, 2, 3)
     counter = 0 if gear.internal else 1  # the left flank
     for fault in broken:
         flank = getattr(fault, "flank", "both")
         sides = [counter] * (flank != "right") + [1 - counter] * (flank != "left")
+        if isinstance(fault, faults.WearFault) and fault.profile:
+            pieces = profile_pieces(fault.profile)
+            rows[:, sides, 4, :2] = len(spline), len(pieces) - 1
+            spline.extend(pieces.tolist())
+            continue
         for side in sides:
             _add_fault(rows, fault, side, gear, stiffness, which)
     return rows.reshape(-1, 3)
@@ -86,7 +103,24 @@ def _add_fault(
     elif isinstance(fault, faults.PitchFault):
         rows[tooth, side, 0, 0] += (1.0 - 2.0 * side) * math.cos(gear.transverse_angle) * fault.offset
     elif isinstance(fault, faults.WearFault):
-        rows[:, side, 1, 0] += fault.depth
+        rows[:, side, 1, 0] += fault.depth or 0.0
+
+
+def profile_pieces(profile: tuple[tuple[float, float], ...]) -> Floats:
+    """Return a worn profile as shape-preserving cubics over height, rows (start, c0..c3), the last its end.
+
+    ``profile`` is heights and depths [m]. The first and the last depth hold beyond them, so their slopes are 0 there.
+    """
+    from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
+
+    x, depth = np.array(profile).T
+    slopes = PchipInterpolator(x, depth).derivative()(x)
+    if x[0] > 0.0:
+        slopes[0] = 0.0
+    if x[-1] < 1.0:
+        slopes[-1] = 0.0
+    pieces = np.column_stack([x[:-1], CubicHermiteSpline(x, depth, slopes).c[::-1].T])
+    return np.vstack([pieces, [x[-1], 0.0, 0.0, 0.0, 0.0]])
 
 
 def _losses(stiffness: PathStiffness, which: int, crack: Crack) -> Floats:
@@ -127,8 +161,8 @@ def _deviation_rows(case: "Case", name: str, gear: DrawnGear, member: int) -> Fl
     return rows.reshape(-1, 3)
 
 
-def steepness(rows: Floats, teeth: int) -> tuple[float, float]:
-    """Return the largest slope and curvature [m] of the deviations over the path as unit."""
+def steepness(rows: Floats, teeth: int, spline: list[list[float]]) -> tuple[float, float]:
+    """Return the largest slope and curvature [m] of the deviations over the path as unit; ``spline`` of `tooth_rows`."""
     each = rows.reshape(teeth, 2, -1, 3)
     slope = np.max(np.abs(each[:, :, 0, 1])) + math.pi * np.max(np.abs(each[:, :, 0, 2]))
     bend = math.pi**2 * np.max(np.abs(each[:, :, 0, 2]))
@@ -136,4 +170,23 @@ def steepness(rows: Floats, teeth: int) -> tuple[float, float]:
         bow, spall = np.max(np.abs(each[:, :, 1, 0])), np.max(np.abs(each[:, :, 2, 0]))
         slope += 4.0 * bow + 1.5 * spall / FAULT_EDGE
         bend += 8.0 * bow + 6.0 * spall / FAULT_EDGE**2
+    if each.shape[2] > WITH_FAULTS:
+        found = [
+            _steepest(spline[int(first) : int(first + count) + 1])
+            for first, count in each[0, :, 4, :2]
+            if count > 0.0
+        ]
+        slope += max(steep for steep, _ in found)
+        bend += max(curved for _, curved in found)
     return float(slope), float(bend)
+
+
+def _steepest(pieces: list[list[float]]) -> tuple[float, float]:
+    """Return the largest slope and curvature of a piecewise cubic: at ends of pieces, the slope also where curvature is 0."""
+    c = np.array(pieces)
+    width, (c_1, c_2, c_3) = np.diff(c[:, 0]), c[:-1, 2:].T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turning = np.where(c_3 != 0.0, np.clip(-c_2 / (3.0 * c_3), 0.0, width), 0.0)
+    places = np.array([np.zeros_like(width), turning, width])
+    slopes = c_1 + places * (2.0 * c_2 + 3.0 * places * c_3)
+    return float(np.max(np.abs(slopes))), float(np.max(np.abs(2.0 * c_2 + 6.0 * places * c_3)))

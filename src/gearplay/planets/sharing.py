@@ -278,8 +278,6 @@ def _dataset(members: Members, values: dict[str, Any], axes: dict[str, Any], *, 
         for name, (dims, unit, words) in COLUMNS.items()
         if name in every
     }
-    pin = members.case.planetary[members.name].pin
-    attributes = provenance(
-        members.case, set=members.name, of=kind, pin_clearance=pin.radial_clearance if pin else 0.0
-    )
+    clearance = geometry.clearance_of(members.case, members.planets[0]) or 0.0
+    attributes = provenance(members.case, set=members.name, of=kind, pin_clearance=clearance)
     return xr.Dataset(variables, coords={**coordinates, **axes}, attrs=attributes)

@@ -42,7 +42,11 @@ def internal_factor(rig: Rig) -> int:
     needed = [
         rate
         for sensor in rig.accelerometers.values()
-        for rate in (PER_BAND_EDGE * sensor.upper_frequency, PER_RESONANCE * sensor.natural_frequency)
+        for rate in (
+            PER_BAND_EDGE * sensor.upper_frequency,
+            PER_RESONANCE * sensor.natural_frequency,
+            *(PER_RESONANCE * mode.frequency for path in sensor.paths for mode in path.modes),
+        )
     ]
     return max(8, math.ceil(max(needed) / rig.collector.sampling))
 

@@ -14,8 +14,9 @@ from gearplay.model.case import Case
 from gearplay.model.reading import Source
 from gearplay.results.simulate import case_of
 from gearplay.rig.chain import apply_chain, internal_factor
+from gearplay.rig.housing_paths import FORCES, HousingPath
 from gearplay.rig.instruments import HALF_TAPS
-from gearplay.rig.plan import Placement, Rig, load_rig, placements
+from gearplay.rig.plan import Accelerometer, Placement, Rig, load_rig, placements
 from gearplay.solver.simulate import run_members
 from gearplay.solver.status import Status
 from gearplay.solver.trajectory import Trajectory, acceleration_signals
@@ -36,6 +37,31 @@ def mean_acceleration(run: Trajectory, place: Placement) -> Floats:
     c, s = math.cos(place.direction), math.sin(place.direction)
     rise_x, rise_y = run.mean_acceleration(place.rotor)
     return np.column_stack((c * rise_x + s * rise_y, c * rise_y - s * rise_x))
+
+
+def housing_acceleration(run: Trajectory, sensor: Accelerometer, place: Placement) -> Floats:
+    """Return the mean acceleration of the housing in each sampling interval [m/s^2], along a sensor's axis, shape [time - 1].
+
+    The sum over its paths, whose parts press on the housing against their forces on the rotors, and the motion of the base.
+    """
+    total = np.zeros(len(run.time) - 1)
+    for path in sensor.paths:
+        direction = place.direction + path.angle
+        f_x, f_y = (
+            run.signal(signal.rpartition(".")[2], path.at.partition(".")[2]) for signal in force_signals(path)
+        )
+        force = -(math.cos(direction) * f_x + math.sin(direction) * f_y)
+        total += path.mean_acceleration(force, run.sampling)
+    if run.housing is not None:
+        moving_x, moving_y = run.housing.means(run.time)
+        total += math.cos(place.direction) * moving_x + math.sin(place.direction) * moving_y
+    return total
+
+
+def force_signals(path: HousingPath) -> list[str]:
+    """Return the names of the signals of the force at the start of a path, along x and y."""
+    table, _, part = path.at.partition(".")
+    return [f"{part}.{FORCES[table]}_{axis}" for axis in "xy"]
 
 
 def measure(
@@ -111,7 +137,7 @@ def measure(
     run = run_members(
         chosen,
         [member],
-        signals=acceleration_signals(dict.fromkeys(place.rotor for place in places.values())),
+        signals=_signals(built, places),
         # One velocity more than means, and what the symmetric filter of the ideal acceleration needs past the end.
         duration=((settling + size + HALF_TAPS) * factor + 1) / (rate * factor),
         transient=(lead - settling) / rate,
@@ -124,7 +150,12 @@ def measure(
     if not run.success:
         raise SimulationError(f"{chosen.title or 'case'}: {run.message}")
     return apply_chain(
-        {name: mean_acceleration(run, place) for name, place in places.items()},
+        {
+            name: housing_acceleration(run, built.accelerometers[name], place)
+            if built.accelerometers[name].paths
+            else mean_acceleration(run, place)
+            for name, place in places.items()
+        },
         rate * factor,
         built,
         settling=settling / rate,
@@ -132,14 +163,29 @@ def measure(
         start=lead / rate,
         seed=(seed, member),
         source=chosen.title,
-        attributes=_about(chosen, places, member),
+        attributes=_about(chosen, built, places, member),
     )
 
 
-def _about(case: Case, places: Mapping[str, Placement], member: int) -> dict[str, str]:
+def _signals(rig: Rig, places: Mapping[str, Placement]) -> list[str]:
+    """Return the signals that a rig needs of a motion: velocities of rotors with a sensor, forces at the start of paths."""
+    on_rotors = dict.fromkeys(
+        place.rotor for name, place in places.items() if not rig.accelerometers[name].paths
+    )
+    forces = [
+        signal
+        for sensor in rig.accelerometers.values()
+        for path in sensor.paths
+        for signal in force_signals(path)
+    ]
+    return [*acceleration_signals(on_rotors), *dict.fromkeys(forces)]
+
+
+def _about(case: Case, rig: Rig, places: Mapping[str, Placement], member: int) -> dict[str, str]:
     about = {"case_title": case.title, "case_sha256": case.sha256, "member": str(member)}
     for name, place in places.items():
-        about[f"{name}_place"] = f"{place.rotor}, {math.degrees(place.direction):.6g} deg from +x"
+        seat = "housing" if rig.accelerometers[name].paths else place.rotor
+        about[f"{name}_place"] = f"{seat}, {math.degrees(place.direction):.6g} deg from +x"
     return about
 
 

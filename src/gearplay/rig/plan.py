@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -19,7 +19,18 @@ from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
 from gearplay.model.wording import did_you_mean, translate
-from gearplay.schema.fields import Counted, FrozenTable, Measure, Name, Part, Problem, refuse
+from gearplay.rig.housing_paths import HousingPath, with_files
+from gearplay.schema.fields import (
+    Counted,
+    FrozenTable,
+    Listed,
+    Measure,
+    Name,
+    Part,
+    Problem,
+    is_absent,
+    refuse,
+)
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, shorten
 
@@ -47,10 +58,10 @@ data sheet. A calibration certificate goes before any of these.
 
 
 class Accelerometer(Part):
-    """A piezoelectric accelerometer on a rotor's shaft, with defaults from the table of sensors.
+    """A piezoelectric accelerometer on a rotor's shaft or on the housing, with defaults from the table of sensors.
 
     It measures the acceleration of the rotor's centre along its axis, without gravity: the amplifier blocks
-    constant voltages.
+    constant voltages. With ``paths`` it sits on the housing and measures what forces of bearings make there.
     """
 
     kind: Annotated[
@@ -84,6 +95,11 @@ class Accelerometer(Part):
     transverse_sensitivity: Annotated[
         float, Measure(q.RATIO, "response across the axis over that along it", ge=0.0, le=0.2)
     ] = 0.0
+    paths: Annotated[
+        tuple[HousingPath, ...],
+        Listed(0, 32, "paths through the housing, from forces of bearings to the sensor"),
+        Field(exclude_if=is_absent),
+    ] = ()
 
     @model_validator(mode="before")
     @classmethod
@@ -114,6 +130,12 @@ class Accelerometer(Part):
             rule = f"must keep the response within 5 % up to upper_frequency, {self.upper_frequency:g} Hz"
             cure = f"Give at least {least:.6g} Hz, or lower upper_frequency"
             problems.append(Problem(("resonance",), rule, cure))
+        if self.paths and self.rotor is not None:
+            rule = "must not be given beside paths, which put the sensor on the housing"
+            problems.append(Problem(("rotor",), rule, "Remove one of the two"))
+        if self.paths and self.transverse_sensitivity > 0.0:
+            rule = "must be 0 with paths, which are along the sensor's axis"
+            problems.append(Problem(("transverse_sensitivity",), rule, "Remove it"))
         refuse(problems)
         return self
 
@@ -221,6 +243,21 @@ class Rig(Part):
     ] = Field(default_factory=lambda: FrozenTable({"sensor": Accelerometer.model_validate({})}))
     collector: Collector = Collector()
 
+    @model_validator(mode="after")
+    def _check(self) -> Rig:
+        refuse(self._problems())
+        return self
+
+    def _problems(self) -> Iterator[Problem]:
+        for name, sensor in self.accelerometers.items():
+            band = sensor.lower_frequency, min(sensor.upper_frequency, 0.5 * self.collector.sampling)
+            for k, path in enumerate(sensor.paths):
+                low, high = path.reach
+                if low > band[0] or high < band[1]:
+                    rule = f"must cover the band of the sensor, {band[0]:g} to {band[1]:g} Hz; it is from {low:g} to {high:g} Hz"
+                    cure = "Measure further, or narrow lower_frequency and upper_frequency"
+                    yield Problem(("accelerometers", name, "paths", k, "table"), rule, cure)
+
     def resolved(self) -> dict[str, Any]:
         """Return every value, defaults included, as a JSON-able dictionary in SI that `load_rig` reads back."""
         return self.model_dump(mode="json")
@@ -268,17 +305,17 @@ def load_rig(source: Rig | str | os.PathLike[str] | Mapping[str, Any] | None = N
 
 def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(source, Mapping):
-        return plain_copy(source)  # type: ignore[no-any-return]
+        return with_files(plain_copy(source), Path())  # type: ignore[no-any-return]
     name = os.fspath(source) if isinstance(source, (str, os.PathLike)) else source
     if not isinstance(name, str):
         raise InputError.of("rig", name, "must be a path or a table", "Pass one of these")
     path = Path(name)
-    return plain_copy(parse_toml(read_text(path), shorten(path.name)))  # type: ignore[no-any-return]
+    return with_files(plain_copy(parse_toml(read_text(path), shorten(path.name))), path.parent)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Where an accelerometer sits: its rotor, and the direction of its axis from +x [rad]."""
+    """Where an accelerometer sits: its rotor, and the direction of its axis from +x [rad]; with paths on the housing."""
 
     rotor: str
     direction: float
@@ -304,6 +341,17 @@ def placements(rig: Rig, case: Case) -> dict[str, Placement]:
             rule = f"must be a mesh of the case, 0 to {len(case.meshes) - 1}"
             faults.append(Fault(f"{at}.mesh", sensor.mesh, rule, "Count the case's meshes from 0"))
             continue
+        for k, path in enumerate(sensor.paths):
+            table, _, part = path.at.partition(".")
+            given = getattr(case, table)
+            if part not in given:
+                cure = did_you_mean(part, given, table.capitalize()) if given else f"The case has no {table}"
+                faults.append(
+                    Fault(f"{at}.paths.{k}.at", path.at, f"must be one of the {table} of the case", cure)
+                )
+            elif given[part].on is not None:
+                rule = f"must be on the housing, not on {given[part].on}"
+                faults.append(Fault(f"{at}.paths.{k}.at", path.at, rule, "Name another"))
         rotor = sensor.rotor or (case.meshes[sensor.mesh].rotors[1] if case.meshes else None)
         if rotor is None:
             faults.append(Fault(f"{at}.rotor", NO_VALUE, "is required where the case has no mesh", "Add it"))

@@ -34,6 +34,7 @@ LARGEST: Final[Mapping[str, float]] = MappingProxyType({
     q.TEMPERATURE.name: 1e4, q.EXPANSION.name: 1.0, q.MASS_DENSITY.name: 1e6,
     q.INTEGRAL_GAIN.name: 1e15, q.UNBALANCE.name: 1e9, q.SPECTRAL_DENSITY.name: 1e12,
     q.VOLTAGE.name: 1e4, q.SENSITIVITY.name: 1e3, q.ACCELERATION_DENSITY.name: 1e3,
+    q.WEAR_COEFFICIENT.name: 1e-6,
 })  # fmt: skip
 """Largest magnitude of each dimension [SI]: far above any machine, far below where arithmetic breaks."""
 

@@ -73,6 +73,8 @@ FACTORS: Final[Mapping[str, _Factors]] = MappingProxyType({
              "g mm": Fraction(1, 10**6)},
     "(m/s^2)^2/Hz": {"(m/s^2)^2/Hz": Fraction(1), "m^2/s^3": Fraction(1), "g^2/Hz": Fraction(980665, 10**5) ** 2},
     "1": {"%": Fraction(1, 100)},
+    "m^2/N": {"m^2/N": Fraction(1), "1/Pa": Fraction(1), "mm^2/N": Fraction(1, 10**6),
+              "mm^3/(N m)": Fraction(1, 10**9)},
     "V": {"V": Fraction(1), "mV": Fraction(1, 1000), "uV": Fraction(1, 10**6), "µV": Fraction(1, 10**6)},
     "V/(m/s^2)": {"V/(m/s^2)": Fraction(1), "mV/(m/s^2)": Fraction(1, 1000)},
 })  # fmt: skip

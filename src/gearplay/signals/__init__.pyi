@@ -3,6 +3,7 @@ from gearplay.files.record import Record as Record
 from gearplay.results.spectra import Spectrum as Spectrum
 from gearplay.results.spectra import amplitude_spectrum as amplitude_spectrum
 from gearplay.results.spectra import ensemble_spectrum as ensemble_spectrum
+from gearplay.signals.alarms import alarm_limit as alarm_limit
 from gearplay.signals.angle import angle_from_angle as angle_from_angle
 from gearplay.signals.angle import angle_from_speed as angle_from_speed
 from gearplay.signals.angle import angle_from_tacho as angle_from_tacho

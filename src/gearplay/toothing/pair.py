@@ -201,6 +201,19 @@ class GearPair:
         ratio = self.second.sign * self.first.teeth / self.second.teeth
         return (place - self.pitch_place) * (1.0 + ratio)
 
+    def specific_sliding(self, place: Floats) -> tuple[Floats, Floats]:
+        """Return |v1 - v2| / v1 and |v1 - v2| / v2 at places on the path [m], of the rolling speeds v1, v2 of both flanks.
+
+        They are infinite at a base tangent point, where a flank does not roll.
+        """
+        sign = self.second.sign
+        first = np.asarray(place, dtype=np.float64)
+        second = self.base_tangent - first if sign > 0.0 else self.base_tangent + first
+        second = second * (self.first.teeth / self.second.teeth)
+        apart = np.abs(first - second)
+        with np.errstate(divide="ignore"):
+            return apart / first, apart / second
+
     @property
     def tips_foul(self) -> bool:
         """Whether the tips of an internal pair meet outside the line of action (Colbourne 1987)."""

@@ -106,6 +106,7 @@ UNBALANCE: Final = Quantity("unbalance", "U", "kg m", "g mm", 1e6, "unbalance")
 SPECTRAL_DENSITY: Final = Quantity(
     "spectral_density", "S", "(m/s^2)^2/Hz", "(m/s^2)^2/Hz", 1.0, "spectral density of acceleration"
 )
+WEAR_COEFFICIENT: Final = Quantity("wear_coefficient", "k", "m^2/N", "mm^3/(N m)", 1e9, "wear coefficient")
 HERTZ_STIFFNESS: Final = hertz_stiffness(1.5)
 
 DIMENSIONS: Final[Mapping[str, Quantity]] = MappingProxyType({
@@ -114,7 +115,7 @@ DIMENSIONS: Final[Mapping[str, Quantity]] = MappingProxyType({
         LENGTH, MASS, INERTIA, ANGLE, ANGULAR_SPEED, TIME, FREQUENCY, SPEED, ACCELERATION, FORCE, TORQUE,
         STIFFNESS, DAMPING, ROTATIONAL_DRAG, ROTATIONAL_STIFFNESS, PRESSURE, RATIO, HERTZ_STIFFNESS,
         VOLTAGE, SENSITIVITY, ACCELERATION_DENSITY, UNBALANCE, SPECTRAL_DENSITY,
-        INTEGRAL_GAIN, TEMPERATURE, EXPANSION, MASS_DENSITY,
+        INTEGRAL_GAIN, TEMPERATURE, EXPANSION, MASS_DENSITY, WEAR_COEFFICIENT,
     )
 })  # fmt: skip
 """Dimensions of inputs, by name."""

@@ -107,13 +107,15 @@ class Geometry(NamedTuple):
     elements: int
     element_diameter: float
     pitch_diameter: float
-    bore: float
+    bore: float | None
     source: str
 
 
 CATALOGUE: Final[Mapping[str, Geometry]] = MappingProxyType({
     "6205": Geometry(9, 0.3126 * INCH, 1.537 * INCH, 25e-3, "drive end, bearing data center of Case Western Reserve University"),
     "ER-10K": Geometry(8, 0.3125 * INCH, 1.319 * INCH, 0.625 * INCH, "Rexnord ER-10K, as SpectraQuest's simulators have it"),
+    "NICE": Geometry(8, 0.235 * INCH, 1.245 * INCH, None, "MFPT fault data sets, E. Bechhoefer, 2013"),
+    "UER204": Geometry(8, 7.92e-3, 34.55e-3, None, "LDK, XJTU-SY data sets: Wang, Lei et al., IEEE Trans. Reliab. 69 (2020) 401"),
 })  # fmt: skip
 """Bearings by designation: only geometries with a source."""
 

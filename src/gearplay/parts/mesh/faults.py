@@ -1,13 +1,14 @@
 """Faults of gears: cracks, chips, spalls, missing teeth, pitch errors, wear, eccentricity."""
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from gearplay.parts.part_fault import PartFault
 from gearplay.parts.rotor.gear import GearName, split_name
-from gearplay.schema.fields import Measure, Problem
+from gearplay.schema.fields import Listed, Measure, Problem, is_absent, refuse
 from gearplay.schema.finding import Finding
 from gearplay.vocabulary import quantities as q
 
@@ -24,6 +25,9 @@ Flank = Annotated[
     Field(description="left is the counter-clockwise flank of an external tooth, of a ring the other one"),
 ]
 Depth = Annotated[float, Measure(q.LENGTH, "material missing, normal to the flank", gt=0.0, le=0.01)]
+Worn = Annotated[float, Measure(q.LENGTH, "material missing, normal to the flank", ge=0.0, le=0.01)]
+CLOSEST = 1e-3
+"""Least distance of two points of a worn profile, in heights."""
 Height = Annotated[
     float,
     Measure(None, "place on the flank's path of contact, 0 at its root end, 1 at the tip", ge=0.0, le=1.0),
@@ -137,11 +141,33 @@ class PitchFault(GearFault):
 
 
 class WearFault(GearFault):
-    """Worn flanks of all teeth, most at root and tip and least at half of the path: depth (2 x - 1)^2."""
+    """Worn flanks of all teeth, alike: by ``depth`` (2 x - 1)^2, most at root and tip, or by points of a ``profile``."""
 
     kind: Literal["wear"] = "wear"
-    depth: Depth
+    depth: Depth | None = None
+    profile: Annotated[
+        tuple[Annotated[tuple[Height, Worn], Listed(2, 2, "height and depth")], ...],
+        Listed(0, 256, "instead of depth: material missing over height, normal to the flank"),
+        Field(exclude_if=is_absent),
+    ] = ()
     flank: Flank = "left"
+
+    @model_validator(mode="after")
+    def _check(self) -> "WearFault":
+        refuse(self._problems())
+        return self
+
+    def _problems(self) -> Iterator[Problem]:
+        if self.profile and self.depth is not None:
+            yield Problem(("profile",), "must not be given beside depth", "Remove one of the two")
+        elif not self.profile and self.depth is None:
+            yield Problem(("depth",), "is required, or a profile", "Give one of the two")
+        elif len(self.profile) == 1:
+            yield Problem(("profile",), "must have at least two points", "Add one, or give depth")
+        for k, ((x, _), (x_1, _)) in enumerate(pairwise(self.profile), start=1):
+            if x_1 - x < CLOSEST:
+                rule = f"must be at least {CLOSEST:g} higher than the point before"
+                yield Problem(("profile", k), rule, "Order the points by height")
 
 
 class EccentricityFault(GearFault):

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from gearplay.parts.mesh.backlash import Backlash, CenterDistance
 from gearplay.parts.mesh.stiffness import Phase, Stiffness
+from gearplay.parts.mesh.wear import FlankWear
 from gearplay.parts.rotor.allowance import DistanceAllowance
 from gearplay.parts.rotor.gear import GearName, split_name
 from gearplay.schema.fields import Listed, Measure, Order, Part, Problem, is_absent, refuse
@@ -143,6 +144,7 @@ class Mesh(Part):
     stiffness: Stiffness
     contact: ToothContact = "mesh"
     tip_contact: TipContact = True
+    wear: FlankWear | None = Field(default=None, exclude_if=is_absent)
     damping: Damping = Damping()
     transmission_error: Annotated[
         tuple[ErrorTerm, ...], Listed(0, 64, "terms of the static transmission error")

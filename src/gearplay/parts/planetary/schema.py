@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
+from gearplay.parts.bearing.schema import Bearing
 from gearplay.parts.mesh.backlash import Backlash, CenterDistance
 from gearplay.parts.mesh.schema import (
     FRICTION_SPEED,
@@ -19,6 +20,7 @@ from gearplay.parts.mesh.schema import (
     ToothContact,
 )
 from gearplay.parts.mesh.stiffness import Stiffness
+from gearplay.parts.mesh.wear import FlankWear
 from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Planets, Toothed, problems_of
 from gearplay.parts.planetary.names import MEMBERS
 from gearplay.parts.rotor.allowance import DistanceAllowance, allowance_middle
@@ -36,17 +38,23 @@ FIT: Final = 1e-6
 
 SHARED: Final = (
     "module", "pressure_angle", "center_distance", "center_distance_allowance", "backlash", "damping",
-    "transmission_error", "friction_coefficient", "friction_speed", "contact", "tip_contact",
+    "transmission_error", "friction_coefficient", "friction_speed", "contact", "tip_contact", "wear",
 )  # fmt: skip
 """Fields that every mesh of a set has of it."""
+SEATS: Final = ("pin", "support", "bearing")
+"""Fields of how planets sit on their pins, of which a set has one."""
+
+
+def _with_outer_ring(given: Any) -> Any:
+    return {"rotor_ring": "outer", **given} if isinstance(given, Mapping) else given
 
 
 class Planetary(Part):
     """A planetary set: sun, planets on a carrier, ring.
 
     It stands for the rotors ``NAME.sun``, ``NAME.ring``, ``NAME.carrier`` and ``NAME.planet1`` ..., the pins of the planets on
-    the carrier (sleeves by `pin`, or elastic supports by `support`) and the meshes of every planet with sun and ring. The
-    member with a drive is the input: from it power goes through the planets to the other side.
+    the carrier (sleeves by `pin`, elastic supports by `support`, or rolling bearings by `bearing`) and the meshes of every
+    planet with sun and ring. The member with a drive is the input: from it power goes through the planets to the other side.
     """
 
     module: Module
@@ -65,6 +73,7 @@ class Planetary(Part):
     planet_ring: Annotated[Stiffness | None, Field(description="stiffness of the ring's meshes")] = None
     contact: ToothContact = "mesh"
     tip_contact: TipContact = True
+    wear: FlankWear | None = Field(default=None, exclude_if=is_absent)
     damping: Damping = Damping()
     transmission_error: Annotated[
         tuple[ErrorTerm, ...], Listed(0, 64, "terms of the static transmission error of every mesh")
@@ -81,6 +90,14 @@ class Planetary(Part):
     carrier: Member
     pin: Annotated[Sleeve | None, Field(description="sleeve of every planet on its pin")] = None
     support: Annotated[Support | None, Field(description="elastic pin of every planet, instead")] = None
+    bearing: Annotated[
+        Bearing | None,
+        BeforeValidator(_with_outer_ring),
+        Field(
+            description="rolling bearing of every planet on its pin, instead; the planet has the outer ring if not given",
+            exclude_if=is_absent,
+        ),
+    ] = None
     pin_errors: Annotated[tuple[PinError, ...], Listed(0, 24, "pins that are off their place")] = ()
     eccentricities: Annotated[tuple[Eccentricity, ...], Listed(0, 24, "planets with their own runout")] = ()
     position: Annotated[
@@ -130,10 +147,14 @@ class Planetary(Part):
                 yield Problem((kind,), rule, "Give one")
             if self.stiffness is not None and getattr(self, kind) is not None:
                 yield Problem((kind,), "must not be given beside stiffness", "Remove one of the two")
-        if (self.pin is None) == (self.support is None):
-            rule = "is required, or support" if self.pin is None else "must not be given beside support"
-            yield Problem(("pin",), rule, "Say how the planets sit on their pins")
-        for part in ("pin", "support"):
+        given = [part for part in SEATS if getattr(self, part) is not None]
+        if not given:
+            rule = f"is required, or {' or '.join(SEATS[1:])}"
+            yield Problem((SEATS[0],), rule, "Say how the planets sit on their pins")
+        elif len(given) > 1:
+            rule = f"must not be given beside {given[1]}"
+            yield Problem((given[0],), rule, "Say how the planets sit on their pins")
+        for part in SEATS:
             held = getattr(self, part)
             if held is not None and held.on is not None:
                 yield Problem((part, "on"), "must not be given: pins are on the carrier", "Remove it")
@@ -238,8 +259,10 @@ class Planetary(Part):
                 return Problem(at, rule, "Check numbers of teeth, profile shifts and tip diameters")
         return None
 
-    def parts(self, name: str) -> tuple[dict[str, Rotor], dict[str, Sleeve], dict[str, Support], list[Mesh]]:
-        """Return the rotors, sleeves and supports by name and the meshes of the expanded set ``name``."""
+    def parts(
+        self, name: str
+    ) -> tuple[dict[str, Rotor], dict[str, Sleeve], dict[str, Support], dict[str, Bearing], list[Mesh]]:
+        """Return the rotors, sleeves, supports and bearings by name and the meshes of the expanded set ``name``."""
         called = {member: f"{name}.{member}" for member in MEMBERS}
         rotors = {
             called["sun"]: self.sun.rotor(
@@ -257,6 +280,7 @@ class Planetary(Part):
         members = {member: getattr(self, member) for member in MEMBERS}
         sleeves = {called[m]: part.sleeve for m, part in members.items() if part.sleeve is not None}
         supports = {called[m]: part.support for m, part in members.items() if part.support is not None}
+        bearings: dict[str, Bearing] = {}
         shared = {"mass", "inertia", "teeth", "radial_damping", "load", "material", "temperature"}
         runouts = {entry.planet: entry for entry in self.eccentricities}
         errors = {entry.planet: entry for entry in self.pin_errors}
@@ -282,7 +306,9 @@ class Planetary(Part):
                 sleeves[planet] = self.pin.model_copy(update=place)
             if self.support is not None:
                 supports[planet] = self.support.model_copy(update=place)
-        return rotors, sleeves, supports, self._meshes(called, names)
+            if self.bearing is not None:
+                bearings[planet] = self.bearing.model_copy(update=place)
+        return rotors, sleeves, supports, bearings, self._meshes(called, names)
 
     def _meshes(self, called: Mapping[str, str], planets: list[str]) -> list[Mesh]:
         # A carrier drives the planets along the member that stands still; they drive the other one.

@@ -9,6 +9,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from gearplay.parts.assembly import Contact, blank
 from gearplay.parts.protocol import Holder, Packing
 from gearplay.parts.sleeve import conformal, contact_laws, law, line
+from gearplay.parts.sleeve.wear import BushWear
 from gearplay.schema.fields import (
     HertzStiffness,
     Measure,
@@ -106,6 +107,7 @@ class Sleeve(Holder):
         Annotated[RotorName, Field(description="rotor that carries the bush; the ground if not given")] | None
     ) = None
     offset: Offset = (0.0, 0.0)
+    wear: BushWear | None = Field(default=None, exclude_if=is_absent)
 
     @model_validator(mode="after")
     def _check(self) -> "Sleeve":

@@ -139,7 +139,8 @@ def flank_rows(mesh: Any, flank: int, number: int) -> tuple[int, int]:
     """Return the first rows of `System.terms` of both flanks of pair ``number``, -1 for a gear of perfect teeth.
 
     Two flanks a tooth, clockwise first: pitch, slope, form [m]; with faults also bow [m], start and end of a spall; its depth
-    [m], start and share of a chip; losses of stiffness at the root end, in the middle and at the tip.
+    [m], start and share of a chip; losses of stiffness at the root end, in the middle and at the tip. Of a gear with a worn
+    profile also the first row of its cubics over height in `System.spline`, their number.
     """
     one, two = teeth_of_pair(mesh, flank, number)
     ahead = 1 if sense(mesh, flank) > 0.0 else 0
@@ -159,12 +160,31 @@ def height_at(low: float, high: float, place: float) -> tuple[float, float]:
 
 
 @compiled_inline
+def cubic_at(system: System, first: int, last: int, place: float) -> tuple[float, float, float]:
+    """Return a piecewise cubic at a place, its slope and curvature; held beyond its ends.
+
+    Rows ``first`` to ``last`` of `System.spline` are (start, c0, c1, c2, c3), the last only its end.
+    """
+    row = first
+    while row < last - 1 and system.spline[row + 1, 0] <= place:
+        row += 1
+    x = place - system.spline[row, 0]
+    longest = system.spline[row + 1, 0] - system.spline[row, 0]
+    held = x < 0.0 or x > longest
+    x = min(max(x, 0.0), longest)
+    c = system.spline[row]
+    slope = 0.0 if held else c[2] + x * (2.0 * c[3] + 3.0 * x * c[4])
+    bend = 0.0 if held else 2.0 * c[3] + 6.0 * x * c[4]
+    return c[1] + x * (c[2] + x * (c[3] + x * c[4])), slope, bend
+
+
+@compiled_inline
 def tooth_deviation(
     system: System, at: int, rows: int, low: float, high: float, place: float
 ) -> tuple[float, float, float]:
     """Return material missing on a flank [m] at a place [m] of its path, its slope and curvature; ``at`` of `flank_rows`.
 
-    dev = pitch + slope (x - 1/2) + form sin(pi x) + bow (2 x - 1)^2 + spall, x of `height_at`.
+    dev = pitch + slope (x - 1/2) + form sin(pi x) + bow (2 x - 1)^2 + spall + worn profile, x of `height_at`.
     """
     if at < 0:
         return 0.0, 0.0, 0.0
@@ -188,6 +208,12 @@ def tooth_deviation(
             deviation += depth * up * down
             slope += depth * by_edge * (up_1 * down - up * down_1)
             bend += depth * by_edge * by_edge * (up_2 * down - 2.0 * up_1 * down_1 + up * down_2)
+    if rows > 4 and system.terms[at + 4, 1] > 0.0:
+        first = int(system.terms[at + 4, 0])
+        worn, by_x, by_xx = cubic_at(system, first, first + int(system.terms[at + 4, 1]), x)
+        deviation += worn
+        slope += by * by_x
+        bend += by * by * by_xx
     return deviation, slope, bend
 
 
@@ -232,17 +258,9 @@ def deviations(
 @compiled_inline
 def stiffness_at(mesh: Any, system: System, place: float) -> tuple[float, float]:
     """Return stiffness [N/m] of a pair at a place on the first gear's path [m] and its slope, beyond the path that of its end."""
-    first, last = mesh.stiffness_start, mesh.stiffness_start + mesh.stiffness_count - 1
-    row = first
-    while row < last - 1 and system.spline[row + 1, 0] <= place:
-        row += 1
-    x = place - system.spline[row, 0]
-    longest = system.spline[row + 1, 0] - system.spline[row, 0]
-    held = x < 0.0 or x > longest
-    x = min(max(x, 0.0), longest)
-    c = system.spline[row]
-    slope = 0.0 if held else c[2] + x * (2.0 * c[3] + 3.0 * x * c[4])
-    return c[1] + x * (c[2] + x * (c[3] + x * c[4])), slope
+    first = mesh.stiffness_start
+    stiffness, slope, _ = cubic_at(system, first, first + mesh.stiffness_count - 1, place)
+    return stiffness, slope
 
 
 @compiled_inline

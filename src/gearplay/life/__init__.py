@@ -1,0 +1,1 @@
+"""Wear over life: Archard's law on flanks and plain bearings, quasi-static between simulated blocks."""
