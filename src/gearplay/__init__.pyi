@@ -8,6 +8,7 @@ from gearplay.files.measurements import write_record as write_record
 from gearplay.files.record import Channel as Channel
 from gearplay.files.record import Record as Record
 from gearplay.fmu.export import export_fmu as export_fmu
+from gearplay.gear_pairs.dxf import export_dxf as export_dxf
 from gearplay.gear_pairs.teeth import teeth as teeth
 from gearplay.hysteresis.describing import describing_function as describing_function
 from gearplay.hysteresis.lost_motion import lost_motion as lost_motion

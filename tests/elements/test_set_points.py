@@ -1,6 +1,7 @@
 """Set-points of drives over time: torques, speeds and angles against integrals by hand."""
 
 import math
+import re
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -154,3 +155,136 @@ def test_set_point_over_time__file_and_round_trip(tmp_path: Path) -> None:
 def test_plain_drives_keep_their_digest() -> None:
     """A drive without a set-point over time is written as before."""
     assert "over_time" not in to_toml(gp.load_case(disc(kind="torque", torque=1.0)))
+
+
+def prescribed(name: str, **more: Any) -> Document:
+    """Return a gear of prescribed speed, which drives another against a torque."""
+    mesh = {
+        "driver": "input",
+        "driven": "output",
+        "module": 2e-3,
+        "pressure_angle": math.radians(20.0),
+        "backlash": 50e-6,
+    }
+    stiff = {"stiffness": {"kind": "harmonic", "mean": 1e8}, "damping": {"kind": "constant", "value": 500.0}}
+    return {
+        "rotors": {
+            "input": {
+                "mass": 1.0,
+                "inertia": 1e-3,
+                "teeth": 20,
+                "drive": {"kind": "speed", "speed": CURVES[name] | more},
+            },
+            "output": {"mass": 1.0, "inertia": INERTIA, "teeth": 40, "load": {"drag": 0.5}},
+        },
+        "meshes": [mesh | stiff],
+        "run": {"duration": 0.3, "sampling": 1e3, "tolerance": 1e-10},
+    }
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_prescribed_speed_over_time(name: str, measured: Measured) -> None:
+    """The rotation is the integral of the curve, the speed the curve, in touch and out of it."""
+    run = gp.simulate(prescribed(name))
+    times = run.ds["time"].values
+    theta, omega = (run.ds[each].sel(rotor="input").values.ravel() for each in ("theta", "omega"))
+    worst = float(np.max(np.abs(theta - theta[0] - integral(name, times))))
+    measured(f"prescribed speed over time, {name}: rotation [rad]", worst, "1e-14")
+    assert worst < 1e-14
+    away = np.abs(times - 0.1) > 1e-9
+    assert np.max(np.abs(omega - value(name, times))[away]) < 1e-14
+    output = run.ds["theta"].sel(rotor="output").values.ravel()
+    assert np.max(np.abs(output - output[0] + 0.5 * integral(name, times))) < 0.01  # it is driven, and coasts
+
+
+def test_prescribed_speed_over_time__kinks_are_located() -> None:
+    """Behind a torsional spring: exact response of an oscillator to a speed that is linear between points."""
+    k, c = 50.0, 0.02
+    document = {
+        "rotors": {
+            "input": {"mass": 1.0, "inertia": 1e-3, "drive": {"kind": "speed", "speed": CURVES["table"]}},
+            "output": {"mass": 1.0, "inertia": INERTIA},
+        },
+        "couplings": [{"between": ["input", "output"], "torsional_stiffness": k, "torsional_damping": c}],
+        "run": {"duration": 0.3, "sampling": 1e3, "tolerance": 1e-12},
+    }
+    run = gp.simulate(document)
+    times = run.ds["time"].values
+    relative = (run.ds["theta"].sel(rotor="output") - run.ds["theta"].sel(rotor="input")).values.ravel()
+    # J q'' + c q' + k q = -J a(t), a constant between points; q = q' = 0 at the start
+    rate = complex(-0.5 * c / INERTIA, math.sqrt(k / INERTIA - (0.5 * c / INERTIA) ** 2))
+
+    def step_response(t: Any) -> Any:
+        """Return the response to -J a, a = 1 from 0 on."""
+        wave = np.exp(rate * t)
+        return np.where(t > 0.0, -INERTIA / k * (1.0 - (wave.real - rate.real / rate.imag * wave.imag)), 0.0)
+
+    slopes = [0.0] + [(b[1] - a[1]) / (b[0] - a[0]) for a, b in pairwise(TABLE)] + [0.0]
+    expected = sum(
+        (after - before) * step_response(times - point[0])
+        for (before, after), point in zip(pairwise(slopes), TABLE, strict=True)
+    )
+    assert np.max(np.abs(relative - relative[0] - expected)) < 1e-11
+    assert np.ptp(expected) > 1e-4
+
+
+@pytest.mark.parametrize("name", ["sine", "trapezoid", "table"])
+def test_prescribed_speed_over_time__torque_of_the_drive(name: str) -> None:
+    """T = J alpha + drag omega."""
+    document = disc(kind="speed", speed=CURVES[name])
+    document["rotors"]["disc"] |= {"load": {"drag": 0.3}, "initial": {}}
+    run = gp.simulate(document)
+    times, h = run.ds["time"].values, 1e-7
+    slope = (value(name, times + h) - value(name, times - h)) / (2.0 * h)
+    smooth = np.min(np.abs(times[:, None] - [0.02, 0.05, 0.06, 0.1, 0.16, 0.18, 0.25]), axis=1) > 1e-6
+    expected = INERTIA * slope + 0.3 * value(name, times)
+    assert np.max(np.abs(run.ds["drive_torque"].values.ravel() - expected)[smooth]) < 1e-7
+
+
+def test_prescribed_speed_over_time__jump_out_of_touch_is_not_missed() -> None:
+    """A gear that waits in the middle of its backlash is struck by the speed that a step begins with."""
+    document = prescribed("step")
+    document["rotors"]["input"]["drive"]["speed"] = {"step": {"time": 0.1, "value": 1.0}}
+    document["rotors"]["output"] |= {"load": {}, "initial": {"theta": -6.65e-4, "omega": 0.0}}
+    run = gp.simulate(document, signals=["omega"])
+    omega = run.ds["omega"].sel(rotor="output").values.ravel()
+    times = run.ds["time"].values
+    assert np.all(omega[times < 0.101] == 0.0)  # 25 um at 0.0188 m/s take 1.3 ms
+    assert np.max(np.abs(omega[times > 0.102])) > 0.5
+
+
+def test_prescribed_speed_over_time__from_a_file_and_back(tmp_path: Path) -> None:
+    (tmp_path / "speed.csv").write_text("0.05,0.1\n0.1,0.5\n0.25,-0.3\n", encoding="utf-8")
+    document = prescribed("table")
+    case = gp.load_case(document)
+    (tmp_path / "case.toml").write_text(text := to_toml(case), encoding="utf-8")
+    assert gp.load_case(tmp_path / "case.toml") == case
+    named = re.sub(r'drive = \{ kind = "speed".*', 'drive = { kind = "speed", speed = "speed.csv" }', text)
+    (tmp_path / "file.toml").write_text(named, encoding="utf-8")
+    assert gp.load_case(tmp_path / "file.toml").sha256 == case.sha256
+    assert gp.replace(case, {"rotors.input.drive.speed": 2.0}).rotors["input"].drive.over_time is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            {"ramp": 0.1},
+            "ramp = .*must be 0 for a drive whose speed is given over time. Write it into the set-point",
+        ),
+        (
+            {"ripple": [{"order": 2, "amplitude": 0.1}]},
+            "must not be given for a drive whose speed is given over time",
+        ),
+        (
+            {"speed": {"table": [[0.0, 1.0], [0.0, 2.0]]}},
+            "must have a time later than that of the point before",
+        ),
+        ({"speed": "missing.csv"}, "missing.csv"),
+    ],
+)
+def test_prescribed_speed_over_time__contradictions(changes: dict[str, Any], said: str) -> None:
+    document = prescribed("table")
+    document["rotors"]["input"]["drive"] |= changes
+    with pytest.raises(gp.InputError, match=said):
+        gp.load_case(document)

@@ -152,9 +152,18 @@ def test_limit_cycle__refused_arguments(changes: dict[str, Any], words: str) -> 
 
 def test_limit_cycle__refused_cases() -> None:
     case = TABLE[0][0].case(1e-9)
-    sampled = gp.replace(case, {"rotors.motor.drive.sample_time": 1e-3})
-    with pytest.raises(InputError, match=r"autonomous.*excites the case, here at 1000 Hz"):
-        gp.periodic_orbit(sampled, autonomous=True)
+    shaken = gp.replace(
+        case,
+        {
+            "rotors.load.drive": {
+                "kind": "torque",
+                "torque": 0.0,
+                "terms": [{"frequency": 50.0, "amplitude": 0.1}],
+            }
+        },
+    )
+    with pytest.raises(InputError, match=r"autonomous.*excites the case, here at 50 Hz"):
+        gp.periodic_orbit(shaken, autonomous=True)
     tight = gp.replace(case, {"couplings.0.play": 0.0})
     with pytest.raises(InputError, match="without a contact"):
         gp.periodic_orbit(tight, autonomous=True)

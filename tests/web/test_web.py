@@ -404,7 +404,7 @@ def test_maps_and_diagrams_as_files(tmp_path: Path) -> None:
         assert saved["ring.x"].sel(direction="down").values.max() == 0.0
         assert saved.attrs["case_sha256"] == load_case("han2021").sha256
         assert saved["reason"].values.tolist() == [["", ""], ["the shaft is locked", ""]]
-    with pytest.raises(InputError, match="must be a diagram or a map"):
+    with pytest.raises(InputError, match="must be a diagram, a map or a hysteresis curve"):
         file_of(pack_frame({"kind": "run", "title": None}), "csv")
 
 

@@ -32,6 +32,7 @@ COMMANDS: Final = (
     "animate",
     "export",
     "export_fmu",
+    "export_dxf",
     "study",
     "sweep",
     "resume",
@@ -55,7 +56,7 @@ COMMANDS: Final = (
 """Functions of the commands, in modules of `gearplay.cli` of their names, which are imported when they are called or listed."""
 MODULES: Final = {"resume": "sweep"}
 """Modules of other names."""
-WORDS: Final = {"export_fmu": "export fmu", "import_": "import"}
+WORDS: Final = {"export_fmu": "export fmu", "export_dxf": "export dxf", "import_": "import"}
 """Words of commands that are not those of their functions."""
 
 FIRST_STEP: Final = """\

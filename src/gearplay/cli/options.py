@@ -104,4 +104,4 @@ def _translated(text: str) -> str:
 
 
 def _command(function: str) -> str:
-    return "export fmu" if function == "export_fmu" else function.replace("_", "-")
+    return function.replace("_", " " if function.startswith("export_") else "-")

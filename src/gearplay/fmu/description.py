@@ -15,11 +15,13 @@ _ATTRIBUTES: Final = {
         "canNotUseMemoryManagementFunctions": "true",
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
+        "providesDirectionalDerivative": "true",
     },
     3: {
         "canHandleVariableCommunicationStepSize": "true",
         "canGetAndSetFMUState": "true",
         "canSerializeFMUState": "true",
+        "providesDirectionalDerivatives": "true",
     },
 }
 

@@ -118,7 +118,7 @@ def export_fmu(
         folder = each.folder_2 if fmi == 2 else each.folder_3
         library = link_fmu(each.target, fmi, data.texts, identifier, each.suffix)
         parts[f"binaries/{folder}/{identifier}{each.suffix}"] = library
-    for name in ("model.h", "model.c", f"fmi{fmi}.h", f"fmi{fmi}.c"):
+    for name in ("model.h", "model.c", "common.h", f"fmi{fmi}.h", f"fmi{fmi}.c"):
         parts[f"{PLACE}/{name}"] = (SOURCES / name).read_bytes()
     parts |= {f"{PLACE}/{name}": text.encode("ascii") for name, text in data.texts.items()}
     content = _zipped(parts)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.hysteresis.balance_path import Train
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Floats = NDArray[np.float64]
 
@@ -134,6 +137,20 @@ def numbers_of(curve: Curve, rated: float, stages: Sequence[float]) -> Numbers:
 
     steps = (slope(0.0, first, back=True), slope(first, second, back=False), slope(second, rated, back=False))
     return Numbers(lost, backlash, slope(LINEAR * rated, rated, back=False), steps, curve.loss)
+
+
+def drawn_branch(ds: xr.Dataset, name: str) -> tuple[Floats, Floats]:
+    """Return torque [N m] and rotation [arcmin] of a branch as it is drawn, shape [point].
+
+    The crossing of the play at no torque belongs to the branch that crosses it.
+    """
+    branches = [str(each) for each in ds["branch"].values]
+    k, torque, angle = branches.index(name), ds["torque"].values, ARCMIN * ds["angle"].values
+    zero = int(np.flatnonzero(torque == 0.0)[0])
+    if np.isfinite(ds["tangent_stiffness"].values[0, zero]) or ds.attrs.get("measured"):
+        return torque, angle[k]
+    at = zero if k == 0 else zero + 1
+    return np.insert(torque, at, 0.0), np.insert(angle[k], at, angle[1 - k, zero])
 
 
 def lost_motion_of(train: Train, rated: float) -> float:

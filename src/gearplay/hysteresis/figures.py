@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.hysteresis.cycle import ARCMIN, SMALL
+from gearplay.hysteresis.cycle import ARCMIN, SMALL, drawn_branch
 from gearplay.pictures.canvas import SMALL as FONT
 from gearplay.pictures.canvas import legend_mark, make_figure, set_legend, set_title
 from gearplay.pictures.style import CLEARANCE, COUPLED, TEST, UNCOUPLED
@@ -64,16 +64,8 @@ def _curve(ax: Any, ds: xr.Dataset) -> None:
             ds["measured_torque"].values[::step], ARCMIN * ds["measured_angle"].values[::step], ".", color=CLEARANCE,
             markersize=2,
         )  # fmt: skip
-    zero = int(np.flatnonzero(torque == 0.0)[0])
-    for row, color, sign in ((angle[1], UNCOUPLED, -1), (angle[0], COUPLED, 1)):
-        # The crossing of the play at no torque belongs to the branch that crosses it.
-        other = angle[1, zero] if sign > 0 else angle[0, zero]
-        jumps = not np.isfinite(ds["tangent_stiffness"].values[0, zero]) and not ds.attrs.get("measured")
-        x, y = torque, row
-        if jumps:
-            at = zero if sign > 0 else zero + 1
-            x, y = np.insert(torque, at, 0.0), np.insert(row, at, other)
-        ax.plot(x, y, color=color, linewidth=1.3 if sign > 0 else 2.6)
+    for name, color, width in (("loading", UNCOUPLED, 2.6), ("unloading", COUPLED, 1.3)):
+        ax.plot(*drawn_branch(ds, name), color=color, linewidth=width)
     small = SMALL * float(ds.attrs["rated_torque"])
     centre = 0.5 * (angle[0] + angle[1])
     ends = [float(np.interp(sign * small, torque, centre)) for sign in (-1.0, 1.0)]

@@ -92,7 +92,7 @@ def _unloaded(hot: Case, speeds: dict[str, float], at: str, turns: Floats) -> Ca
     rotors = {}
     for (name, rotor), turn in zip(hot.rotors.items(), turns.tolist(), strict=True):
         speed = speeds.get(name)
-        fixed = isinstance(rotor.drive, SpeedDrive) and rotor.drive.speed == 0.0 and name != at
+        fixed = isinstance(rotor.drive, SpeedDrive) and rotor.drive == SpeedDrive(speed=0.0) and name != at
         if speed is None and fixed:
             speed = 0.0
         changes = {

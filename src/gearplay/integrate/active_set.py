@@ -31,7 +31,7 @@ from gearplay.kernels.layout import (
     vx_of,
     x_of,
 )
-from gearplay.kernels.ripple import follow_ripple
+from gearplay.kernels.prescribed import follow_drive
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +112,8 @@ def propagate_body(system: System, active_set: ActiveSet, i: int, t: float, y: F
     propagate(system, i, active_set.since[i], t - active_set.since[i], active_set.origin, y)
     if system.rotors[i].group >= 0:
         propagate_joined(system, i, t - active_set.since[i], active_set.origin, active_set.modal_rates, y)
-    if system.rotors[i].ripple_count > 0:
-        follow_ripple(system, i, t, y)
+    if system.rotors[i].varying == 1:
+        follow_drive(system, i, t, y)
 
 
 @compiled_inline

@@ -37,7 +37,7 @@ from gearplay.kernels.layout import (
     vy_of,
     x_of,
 )
-from gearplay.kernels.ripple import ripple
+from gearplay.kernels.prescribed import variation
 from gearplay.kernels.sample_block import STATES_OF_ROTOR, place_rotor
 from gearplay.parts.registry import SIGNAL_COUNTS
 
@@ -110,9 +110,9 @@ def fill_free_state(system: System, run: Run, i: int, k: int, samples: Floats) -
     """Fill the k-th of rotor i's six states in a block; no spring holds it (formulas: `free_motion`)."""
     r, active_set, times = system.rotors[i], run.active_set, run.times
     axis = k % VX
-    if axis == THETA and r.ripple_count > 0:
+    if axis == THETA and r.varying == 1:
         for s in range(samples.size):
-            theta, omega, _ = ripple(system, i, times[s])
+            theta, omega, _ = variation(system, i, times[s])
             samples[s] = theta if k == THETA else omega
         return
     if active_set.body_states[i] != FREE:
@@ -199,7 +199,7 @@ def fill_power(system: System, run: Run, i: int, signal: int, samples: Floats) -
         run.free_states[at + VY],
         run.free_states[at + OMEGA],
     )
-    nominal, ripples, inertia, given = r.nominal_speed, r.ripple_count > 0, r.inertia, r.torque
+    nominal, varies, inertia, given = r.nominal_speed, r.varying == 1, r.inertia, r.torque
     drag, friction, friction_speed, damping = r.drag, r.friction, r.friction_speed, r.radial_damping
     if signal == ROTOR_LOSS:
         for s in range(samples.size):
@@ -210,8 +210,8 @@ def fill_power(system: System, run: Run, i: int, signal: int, samples: Floats) -
     elif signal == DRIVE_TORQUE and r.inv_inertia == 0.0:
         for s in range(samples.size):
             alpha = 0.0
-            if ripples:
-                _, _, alpha = ripple(system, i, times[s])
+            if varies:
+                _, _, alpha = variation(system, i, times[s])
             torque = given - braking(drag, friction, friction_speed, nominal + turning[s])
             samples[s] = inertia * alpha - torque
     else:
@@ -229,8 +229,8 @@ def accelerations(system: System, run: Run, i: int, t: float, y: Floats) -> tupl
     )
     if r.group >= 0:
         joined_accelerations(system, i, t - active_set.since[i], active_set.modal_rates, out)
-    if r.ripple_count > 0:
-        _, _, out[2] = ripple(system, i, t)
+    if r.varying == 1:
+        _, _, out[2] = variation(system, i, t)
     return out[0], out[1], out[2]
 
 
@@ -271,8 +271,8 @@ def fill_element(system: System, run: Run, e: int, first: int, count: int) -> No
 def observe_power(system: System, run: Run, i: int, t: float) -> None:
     """Fill rotor i's torques of drive and load and its lost power in ``row`` from y_try, in free motion."""
     y, row, at, alpha = run.y_try, run.row, signal_of(i), 0.0
-    if system.rotors[i].ripple_count > 0:  # else one whose drive is to be found does not accelerate
-        _, _, alpha = ripple(system, i, t)
+    if system.rotors[i].varying == 1:  # else one whose drive is to be found does not accelerate
+        _, _, alpha = variation(system, i, t)
     torque = applied_torque(system, i, y)
     if system.rotors[i].group >= 0:
         torque += joined_torque(system, run, i, t)

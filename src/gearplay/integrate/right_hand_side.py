@@ -22,7 +22,7 @@ from gearplay.kernels.layout import (
     vy_of,
     x_of,
 )
-from gearplay.kernels.ripple import follow_ripple
+from gearplay.kernels.prescribed import follow_drive
 from gearplay.kernels.smooth_sign import smooth_sign
 from gearplay.kernels.unbalance import accelerate
 
@@ -51,8 +51,8 @@ def right_hand_side(
     for a in range(1, active_set.active[0] + 1):
         i = active_set.active[a]
         r = system.rotors[i]
-        if r.ripple_count > 0:
-            dy[omega_of(system, i)] = follow_ripple(system, i, t, y)
+        if r.varying == 1:
+            dy[omega_of(system, i)] = follow_drive(system, i, t, y)
         omega = spin_of(system, i, y)
         force[i, 0] = r.mass * pull_x - r.radial_damping * y[vx_of(system, i)]
         force[i, 1] = r.mass * pull_y - r.radial_damping * y[vy_of(system, i)]
@@ -68,7 +68,7 @@ def right_hand_side(
             dy[x_of(i) + axis] = y[vx_of(system, i) + axis]
         dy[vx_of(system, i)] = r.inv_mass * force[i, 0]
         dy[vy_of(system, i)] = r.inv_mass * force[i, 1]
-        if r.ripple_count == 0:
+        if r.varying == 0:
             dy[omega_of(system, i)] = r.inv_inertia * force[i, 2]
         if r.drive == DRIVE_SPEED and branch.modes[ramp_of(system, branch.modes, i)] == 1:
             dy[omega_of(system, i)] = r.ramp_acceleration

@@ -43,7 +43,7 @@ from gearplay.kernels.layout import (
     x_of,
     y_of,
 )
-from gearplay.kernels.ripple import follow_ripple
+from gearplay.kernels.prescribed import follow_drive
 
 
 @compiled_inline
@@ -89,8 +89,8 @@ def record_samples(system: System, run: Run, h: float, t_new: float) -> None:
 def observe_rotor(system: System, run: Run, i: int, t: float) -> None:
     """Fill rotor i's signals in ``row`` from y_try, and from dy_try where it is integrated."""
     y, row, at = run.y_try, run.row, signal_of(i)
-    if system.rotors[i].ripple_count > 0:
-        follow_ripple(system, i, t, y)  # the interpolant of a step is not exact
+    if system.rotors[i].varying == 1:
+        follow_drive(system, i, t, y)  # the interpolant of a step is not exact
     vx, vy, omega = vx_of(system, i), vy_of(system, i), omega_of(system, i)
     row[at + X], row[at + Y], row[at + THETA] = y[x_of(i)], y[y_of(i)], turn_of(system, i, t, y)
     row[at + VX], row[at + VY], row[at + OMEGA] = y[vx], y[vy], spin_of(system, i, y)

@@ -80,9 +80,12 @@ def is_sprung(system: System, i: int) -> bool:
 
 @compiled_inline
 def must_be_integrated(system: System, i: int, t: float, y: Floats, ramping: int) -> bool:
-    """Return whether rotor i has no closed form now: a ramp, dry friction within its band, unbalance, springs that are shaken."""
+    """Return whether rotor i has no closed form now: a ramp, dry friction within its band, unbalance, springs that are shaken.
+
+    A rotor whose prescribed speed has pieces over time counts as one: the speed may jump, which no bound of advancement has.
+    """
     r = system.rotors[i]
-    if r.unbalance > 0.0:
+    if r.unbalance > 0.0 or r.set_points > 0:
         return True
     if r.inv_mass > 0.0 and shakes(system, t) and (is_sprung(system, i) or not is_closed(system)):
         return True
@@ -99,7 +102,7 @@ def is_known(system: System, i: int, y: Floats, ramping: int) -> bool:
     """Return whether rotor i keeps its nominal motion under any force: held or prescribed, without ramp or ripple."""
     r = system.rotors[i]
     moves = y[vx_of(system, i)] != 0.0 or y[vy_of(system, i)] != 0.0 or y[omega_of(system, i)] != 0.0
-    steady = ramping == 0 and r.ripple_count == 0
+    steady = ramping == 0 and r.varying == 0
     return bool(r.inv_mass == 0.0 and r.inv_inertia == 0.0 and steady and not moves)
 
 

@@ -42,10 +42,14 @@ ROTOR = np.dtype(
         ("ramp_time", "f8"),  # s
         ("ramp_start", "f8"),  # rad/s, speed at t = 0
         ("ramp_acceleration", "f8"),  # rad/s^2 during the ramp
-        ("ripple_curvature", "f8"),  # rad/s^2, largest angular acceleration of the drive's ripple, 0 without
+        ("varying", "i8"),  # 1 where its drive prescribes a speed that varies, by a ripple or over time
+        ("ripple_curvature", "f8"),  # rad/s^2, largest angular acceleration of that variation, 0 without
         ("ripple_rate", "f8"),  # rad/s, its highest angular frequency, 0 without
         ("ripple_start", "i8"),  # rows in System.terms
         ("ripple_count", "i8"),
+        ("set_point", "i8"),  # first piece of its rotation over time in System.record, less the nominal one
+        ("set_points", "i8"),  # number of pieces
+        ("wave", "i8"),  # row of the sine of its speed in System.terms, -1 for none
         ("drive_torque", "f8"),  # N m, the constant part of ``torque`` that a torque drive gives
         ("unbalance", "f8"),  # kg m, mass times eccentricity
         ("unbalance_phase", "f8"),  # rad, where it points at rotation 0

@@ -19,20 +19,26 @@ FIELDS = [
 
 
 @compiled_inline
+def piece_at(system: System, first: int, pieces: int, t: float) -> int:
+    """Return the row in `System.record` of the piece at t [s] of a curve: the last that begins at t or before, else the first."""
+    low, high = first, first + pieces - 1
+    while low < high:
+        middle = (low + high + 1) // 2
+        if system.record[middle, 0] <= t:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+@compiled_inline
 def set_point(
     system: System, constant: float, first: int, pieces: int, wave: int, t: float
 ) -> tuple[float, float]:
     """Return value and rate at t [s] of a set-point: ``constant``, or its pieces, and its sine."""
     value, rate = constant, 0.0
     if pieces > 0:
-        low, high = first, first + pieces - 1
-        while low < high:
-            middle = (low + high + 1) // 2
-            if system.record[middle, 0] <= t:
-                low = middle
-            else:
-                high = middle - 1
-        piece = system.record[low]
+        piece = system.record[piece_at(system, first, pieces, t)]
         u = max(t - piece[0], 0.0)
         value, rate = piece[1] + u * (piece[2] + u * piece[3]), piece[2] + 2.0 * u * piece[3]
     if wave >= 0:

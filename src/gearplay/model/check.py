@@ -185,7 +185,9 @@ def _fixed_step(case: Case, packed: Packed) -> Iterator[Finding]:
 def _excites(rotor: Rotor) -> bool:
     load, start, drive = rotor.load, rotor.initial, rotor.drive
     ramped = isinstance(drive, (SpeedDrive, ServoDrive)) and drive.ramp > 0.0
-    rippling = isinstance(drive, SpeedDrive) and any(term.amplitude for term in drive.ripple)
+    rippling = isinstance(drive, SpeedDrive) and (
+        drive.over_time is not None or any(term.amplitude for term in drive.ripple)
+    )
     return (
         any((load.drag, load.friction, largest_torque(load.torque, load.terms, load.table)))
         or rotor.unbalance is not None

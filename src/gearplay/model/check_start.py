@@ -130,7 +130,9 @@ def _shock(case: Case, path: str, words: str, rotors: set[str], omega: dict[str,
     drives = {n: case.rotors[n].drive for n in train}
     fields = [field_path(case, n, "initial", "omega") for n in given]
     fields += [
-        field_path(case, n, "drive", *(["ripple"] if drive.starting_factor != 1.0 else []))
+        field_path(
+            case, n, "drive", *(["ripple"] if drive.ripple and drive.first_speed != drive.speed else [])
+        )
         for n, drive in drives.items()
         if isinstance(drive, SpeedDrive)
     ]

@@ -80,7 +80,7 @@ def _given_state(case: "Case", packed: Packed) -> tuple[Floats, Floats, _Seats]:
     for i, (name, rotor) in enumerate(case.rotors.items()):
         omega = spins[name]
         if rotor.drive is not None and rotor.drive.kind == "speed" and rotor.drive.ripple:
-            omega = speeds[i] * rotor.drive.starting_factor
+            omega = rotor.drive.first_speed
         state[theta_of(i)], state[omega_of(packed.system, i)] = turns[name], omega - speeds[i]
     starts = [rotor.initial for rotor in case.rotors.values()]
     own = np.array([(start.x, start.y, start.vx, start.vy) for start in starts])

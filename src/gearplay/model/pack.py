@@ -77,7 +77,7 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
         r.drag, r.friction, r.friction_speed = given.load.drag, given.load.friction, given.load.friction_speed
         # Of a carried rotor it acts relative to the pin: in its sleeve, or its support.
         r.radial_damping = given.radial_damping if geometry.carrier_of(case, name) is None else 0.0
-        r.drive, r.controller, r.excitation, r.group = layout.DRIVE_NONE, -1, -1, -1
+        r.drive, r.controller, r.excitation, r.group, r.wave = layout.DRIVE_NONE, -1, -1, -1, -1
         if drive is None or drive.kind == "position" or drive.kind == "cascade":
             continue
         if drive.kind == "torque":
@@ -126,11 +126,21 @@ def _pack_ripples(case: "Case", rotors: Any, start: int) -> Floats:
         drive = given.drive
         if drive is None or drive.kind != "speed" or not drive.ripple:
             continue
-        r.ripple_start, r.ripple_count = start + len(rows), len(drive.ripple)
+        r.varying, r.ripple_start, r.ripple_count = 1, start + len(rows), len(drive.ripple)
         rows += harmonic_rows([(float(term.order), term.amplitude, term.phase) for term in drive.ripple])
         r.ripple_curvature = sum(term.order * term.amplitude for term in drive.ripple) * drive.speed**2
         r.ripple_rate = max(term.order for term in drive.ripple) * abs(drive.speed)
     return np.array(rows).reshape(-1, 3)
+
+
+def _pack_prescribed(case: "Case", rotors: Any, set_points: SetPoints) -> None:
+    """Note the prescribed speeds over time in their rotors' records."""
+    for r, given in zip(rotors, case.rotors.values(), strict=True):
+        drive = given.drive
+        if drive is not None and drive.kind == "speed" and drive.over_time is not None:
+            r.varying = 1
+            r.ripple_curvature = drive.over_time.steepest()
+            r.ripple_rate = set_points.add_motion(r, drive.over_time, drive.speed)
 
 
 def pack(
@@ -161,6 +171,7 @@ def pack(
     assembly = Assembly(len(rotors))
     set_points = SetPoints()
     _pack_servos(case, assembly, rotors, set_points)
+    _pack_prescribed(case, rotors, set_points)
     printed = case.formulation == "as_published"
     packing = Packing(assembly, case.rotors, rotors, centres, printed, faults=case.faults)
     _pack_holders(case, packing, range(MESH))

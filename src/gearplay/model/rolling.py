@@ -156,7 +156,7 @@ def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.fl
         if r.drive is not None and (r.drive.kind == "speed" or r.drive.kind == "servo")
     }
     given = {
-        n: d.start_speed if d.ramp > 0.0 else d.first_speed if d.kind == "servo" else d.speed
+        n: d.start_speed if d.ramp > 0.0 else d.speed if d.over_time is None else d.first_speed
         for n, d in drives.items()
     }
     if all(given[n] == d.speed for n, d in drives.items()):

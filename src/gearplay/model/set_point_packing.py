@@ -27,13 +27,24 @@ class SetPoints:
 
         ``of_speed`` is whether a trapezoid is that of the rate, ``lead`` [s] the share of the rate that is added.
         """
-        record.set_point, record.set_points, record.wave = len(self._pieces), 0, -1
         if given is None:
+            record.set_point, record.set_points, record.wave = 0, 0, -1
             return 0.0
-        pieces, wave = given.pieces(of_speed=of_speed), given.wave()
-        record.set_points, record.steepest = len(pieces), given.steepest(lead=lead, of_speed=of_speed)
+        record.steepest = given.steepest(lead=lead, of_speed=of_speed)
+        return self._add(record, given, given.pieces(of_speed=of_speed), given.stops(of_speed=of_speed))
+
+    def add_motion(self, rotor: Any, given: SetPoint[Any], nominal: float) -> float:
+        """Fill the fields of a rotor with the rotation that a speed prescribes, less the ``nominal`` one [rad/s].
+
+        Return the angular frequency [rad/s] of the sine, 0 without one.
+        """
+        return self._add(rotor, given, given.integral(nominal), given.stops())
+
+    def _add(self, record: Any, given: SetPoint[Any], pieces: list[Piece], stops: set[float]) -> float:
+        record.set_point, record.set_points, record.wave = len(self._pieces), len(pieces), -1
         self._pieces += pieces
-        self.stops |= given.stops(of_speed=of_speed)
+        self.stops |= stops
+        wave = given.wave()
         if wave is not None:
             record.wave = len(self._waves)
             self._waves.append(wave)

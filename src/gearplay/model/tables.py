@@ -16,7 +16,13 @@ EQUAL: Final = 1e-6
 """Relative difference of steps that still count as equal."""
 
 
-SET_POINTS: Final = {"torque": "torque", "servo": "speed", "position": "angle", "cascade": "angle"}
+SET_POINTS: Final = {
+    "torque": "torque",
+    "speed": "speed",
+    "servo": "speed",
+    "position": "angle",
+    "cascade": "angle",
+}
 """Field of the set-point of a drive, by its kind."""
 
 FILLED: Final = ("values", "sampling", "start")

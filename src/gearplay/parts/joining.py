@@ -104,7 +104,7 @@ def join_rotors(
 
 
 def _is_fixed(rotor: Any) -> bool:
-    return bool(rotor.inv_mass == 0.0 and rotor.inv_inertia == 0.0 and rotor.ripple_count == 0)
+    return bool(rotor.inv_mass == 0.0 and rotor.inv_inertia == 0.0 and rotor.varying == 0)
 
 
 def _groups(rotors: Sequence[Any], entries: Sequence[Any], springs: Sequence[Spring]) -> Iterator[set[int]]:
@@ -119,7 +119,7 @@ def _groups(rotors: Sequence[Any], entries: Sequence[Any], springs: Sequence[Spr
     }
     turned = {i for s in springs if s.axis == ROTATION for i in s.factors}
     for i, r in enumerate(rotors):
-        if r.unbalance > 0.0 or (i in turned and (r.ripple_count > 0 or r.friction > 0.0)):
+        if r.unbalance > 0.0 or (i in turned and (r.varying == 1 or r.friction > 0.0)):
             barred.add(i)
     left = {i for s in springs for i in s.factors}
     while left:

@@ -282,7 +282,14 @@ OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
         },
         **{
             (function, "path"): PATH
-            for function in ("export_fmu", "import_rexs", "read_measurement", "read_result", "write_record")
+            for function in (
+                "export_dxf",
+                "export_fmu",
+                "import_rexs",
+                "read_measurement",
+                "read_result",
+                "write_record",
+            )
         },
     }
 )

@@ -26,6 +26,7 @@ from gearplay.vocabulary.optional import load_optional
 from gearplay.vocabulary.version import VERSION
 from gearplay.web.controls import controls
 from gearplay.web.downloads import file_of
+from gearplay.web.lost_motion import suggested
 from gearplay.web.maps import measures
 from gearplay.web.pool import Job, JobError, Pool, QueueFullError
 from gearplay.web.session import FULL, LARGEST_BODY, Wire
@@ -229,6 +230,7 @@ def _described(case: Case, *, source: str | None = None) -> Response:
             "measures": measures(case),
             "rotors": list(case.rotors),
             "displacements": list(pack(case).half_backlashes),
+            "lost_motion": suggested(case),
             "title": case.title,
             "source": source,
         }

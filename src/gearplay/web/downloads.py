@@ -1,4 +1,4 @@
-"""Stored diagrams and maps as netCDF and CSV files."""
+"""Stored diagrams, maps and hysteresis curves as netCDF and CSV files."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def file_of(frame: bytes, form: str) -> bytes:
-    """Return a kept diagram or map as a file, ``nc`` or ``csv``; a line per point in the latter.
+    """Return a kept diagram, map or hysteresis curve as a file, ``nc`` or ``csv``; a line per point in the latter.
 
     Raises `InputError` for a run, which is saved from its case with all its samples, and for another form.
     """
@@ -42,7 +42,7 @@ def file_of(frame: bytes, form: str) -> bytes:
 
 
 def dataset_of(document: dict[str, Any]) -> "xr.Dataset":
-    """Return the document of a diagram or map as a dataset, SI, its numbers as precise as 32 bits are.
+    """Return the document of a diagram, map or hysteresis curve as a dataset, SI, its numbers as precise as 32 bits are.
 
     Raises `InputError` for a run.
     """
@@ -80,8 +80,10 @@ def dataset_of(document: dict[str, Any]) -> "xr.Dataset":
             "direction": ("direction", np.array(["up", "down"], dtype=object), {}),
             path: (path, document["x"], {"units": document["axis_unit"]}),
         }
+    elif document["kind"] == "lost_motion":
+        return _curve_of(document)
     else:
-        rule = "must be a diagram or a map"
+        rule = "must be a diagram, a map or a hysteresis curve"
         raise InputError.of("result", document["kind"], rule, "Save a run from its case")
     for name, field, long_name in (
         ("reason", "failures", "why a case failed"),
@@ -93,3 +95,22 @@ def dataset_of(document: dict[str, Any]) -> "xr.Dataset":
         if name == "reason" or field in document:
             variables[name] = (dims, texts, {"long_name": long_name})
     return xr.Dataset(variables, coordinates, provenance(load_case(document["case"])) | more)
+
+
+def _curve_of(document: dict[str, Any]) -> "xr.Dataset":
+    """Return the dataset of a hysteresis curve: points in the order of the torque cycle, key numbers as attributes."""
+    import numpy as np
+    import xarray as xr
+
+    torque, angle = np.hstack([document["branches"]["unloading"][:, ::-1], document["branches"]["loading"]])
+    variables = {
+        "torque": ("point", torque, {"units": "N m", "long_name": f"torque on {document['at']}"}),
+        "angle": ("point", angle, {"units": "arcmin", "long_name": f"rotation of {document['at']}"}),
+    }
+    numbers = {
+        name: document[name]
+        for name in ("lost_motion", "backlash", "torsional_stiffness", "hysteresis_loss")
+        if document[name] is not None
+    }
+    about = {"at": document["at"], "hold": document["hold"], "rated_torque": document["torque"]}
+    return xr.Dataset(variables, attrs=provenance(load_case(document["case"])) | about | numbers)

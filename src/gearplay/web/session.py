@@ -17,7 +17,7 @@ LARGEST_BODY = 2 * LARGEST_FILE  # of a request, or a message
 MOST_OWN = 8  # jobs of one page, waiting or in hand
 MOST_UNSENT = 16  # results that one page has not read yet
 MOST_UNKEPT = 8  # results of one page on their way to the disk; the next result waits for it
-KEPT = ("run", "bifurcation", "map")
+KEPT = ("run", "bifurcation", "map", "lost_motion")
 DONE = (*KEPT, "average")
 """Jobs that a page may request; the results of `KEPT` are stored."""
 FULL = "The queue is full. Try again in a moment."

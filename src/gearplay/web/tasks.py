@@ -1,4 +1,4 @@
-"""Tasks of a worker: runs of both models, bifurcation diagrams, maps, ensemble averages, downloads."""
+"""Tasks of a worker: runs of both models, bifurcation diagrams, maps, lost motion, ensemble averages, downloads."""
 
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -29,6 +29,7 @@ from gearplay.web.jobs import (
     models_of,
     whole,
 )
+from gearplay.web.lost_motion import lost_motion
 from gearplay.web.maps import make_map
 from gearplay.web.measured import measured, measured_lines
 from gearplay.web.toml_edits import edited
@@ -192,6 +193,7 @@ TASKS: Mapping[str, Callable[[Job, Tick, threading.Event], bytes]] = {
     "run": run,
     "bifurcation": bifurcation,
     "map": make_map,
+    "lost_motion": lost_motion,
     "average": average,
     "export": export,
     "measured": measured,

@@ -12,36 +12,24 @@ typedef struct {
     char *name;
 } Instance;
 
-enum { ANY = INSTANTIATED | INITIALISING | STEPPING | TERMINATED | FAILED, LIVE = INSTANTIATED | INITIALISING | STEPPING };
-
 static void say(const fmi2CallbackFunctions *callbacks, const char *name, const char *words) {
     if (callbacks && callbacks->logger)
         callbacks->logger(callbacks->componentEnvironment, name, fmi2Error, "logStatusError", "%s", words);
 }
 
-static fmi2Status status(Instance *it, int failed) {
-    if (!failed) return fmi2OK;
-    say(&it->callbacks, it->name, it->model->message);
-    return fmi2Error;
-}
+static void log_error(Instance *it) { say(&it->callbacks, it->name, it->model->message); }
 
-static fmi2Status refused(fmi2Component c, const char *function) {
-    Instance *it = c;
-    return it ? status(it, model_fail(it->model, "%s: is not a function of this FMU.", function)) : fmi2Error;
-}
-
-#define LET(function, phases)                                                    \
-    Instance *it = c;                                                            \
-    if (!it) return fmi2Error;                                                   \
-    if (model_may(it->model, function, phases)) return status(it, 1)
+#define FMI(name) fmi2##name
+#define COMPONENT fmi2Component
+#define FMU_STATE fmi2FMUstate
+#define STATE(verb) fmi2##verb##FMUstate
+#define SERIALIZED_SIZE fmi2SerializedFMUstateSize
+#define SERIALIZE fmi2SerializeFMUstate
+#define DESERIALIZE fmi2DeSerializeFMUstate
+#include "common.h"
 
 EXPORTED const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 EXPORTED const char *fmi2GetVersion(void) { return fmi2Version; }
-
-EXPORTED fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
-    (void)on, (void)n, (void)categories; /* errors are always said, and nothing else is */
-    return c ? fmi2OK : fmi2Error;
-}
 
 EXPORTED fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                                        const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logs) {
@@ -81,33 +69,12 @@ EXPORTED fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean defined, fm
                                         fmi2Boolean ends, fmi2Real stop) {
     LET("fmi2SetupExperiment", INSTANTIATED);
     (void)defined, (void)tolerance, (void)ends, (void)stop; /* the tolerance is the case's */
-    if (!(start >= -1e9 && start <= 1e9)) return status(it, model_fail(it->model, "startTime = %g: must be within 1e9 s.", start));
-    it->model->start = start;
-    return fmi2OK;
+    return status(it, starts_at(it->model, start));
 }
 
 EXPORTED fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
     LET("fmi2EnterInitializationMode", INSTANTIATED);
     it->model->phase = INITIALISING;
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-    LET("fmi2ExitInitializationMode", INITIALISING);
-    if (model_begin(it->model)) return status(it, 1);
-    it->model->phase = STEPPING;
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2Terminate(fmi2Component c) {
-    LET("fmi2Terminate", STEPPING);
-    it->model->phase = TERMINATED;
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2Reset(fmi2Component c) {
-    LET("fmi2Reset", ANY);
-    model_reset(it->model);
     return fmi2OK;
 }
 
@@ -125,6 +92,13 @@ EXPORTED fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], 
     return fmi2OK;
 }
 
+EXPORTED fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n,
+                                                 const fmi2ValueReference known[], size_t m, const fmi2Real seed[],
+                                                 fmi2Real sensitivity[]) {
+    LET("fmi2GetDirectionalDerivative", INITIALISING | STEPPING);
+    return status(it, model_derive(it->model, unknown, n, known, m, seed, sensitivity));
+}
+
 /* Variables of these types: there are none. */
 #define NONE(name, type)                                                                                    \
     EXPORTED fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference vr[], size_t n, type value[]) { \
@@ -138,55 +112,6 @@ EXPORTED fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], 
 NONE(Integer, fmi2Integer)
 NONE(Boolean, fmi2Boolean)
 NONE(String, fmi2String)
-
-EXPORTED fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
-    LET("fmi2GetFMUstate", ANY);
-    if (!state) return status(it, model_fail(it->model, "fmi2GetFMUstate: needs an address."));
-    if (!*state) *state = malloc(sizeof(State));
-    if (!*state) return status(it, model_fail(it->model, "fmi2GetFMUstate: there is too little memory."));
-    model_save(it->model, *state);
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
-    LET("fmi2SetFMUstate", ANY);
-    if (!state) return status(it, model_fail(it->model, "fmi2SetFMUstate: needs a state."));
-    return status(it, model_restore(it->model, state));
-}
-
-EXPORTED fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
-    LET("fmi2FreeFMUstate", ANY);
-    if (state) free(*state), *state = NULL;
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
-    LET("fmi2SerializedFMUstateSize", ANY);
-    (void)state;
-    *size = sizeof(State);
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    LET("fmi2SerializeFMUstate", ANY);
-    if (!state || size < sizeof(State)) return status(it, model_fail(it->model, "fmi2SerializeFMUstate: too little room."));
-    memcpy(bytes, state, sizeof(State));
-    return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    LET("fmi2DeSerializeFMUstate", ANY);
-    State *made = malloc(sizeof(State));
-    if (!made) return status(it, model_fail(it->model, "fmi2DeSerializeFMUstate: there is too little memory."));
-    if (size == sizeof(State)) memcpy(made, bytes, size);
-    if (model_is_state(it->model, made, size)) {
-        free(made);
-        return status(it, 1);
-    }
-    free(*state);
-    *state = made;
-    return fmi2OK;
-}
 
 EXPORTED fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real length, fmi2Boolean no_way_back) {
     LET("fmi2DoStep", STEPPING);
@@ -226,10 +151,6 @@ EXPORTED fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind ki
     return c ? fmi2Discard : fmi2Error;
 }
 
-#define REFUSES(function, ...) \
-    EXPORTED fmi2Status function(fmi2Component c, ##__VA_ARGS__) { return refused(c, #function); }
-REFUSES(fmi2GetDirectionalDerivative, const fmi2ValueReference unknown[], size_t n, const fmi2ValueReference known[], size_t m,
-        const fmi2Real seed[], fmi2Real sensitivity[])
 REFUSES(fmi2SetRealInputDerivatives, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], const fmi2Real value[])
 REFUSES(fmi2GetRealOutputDerivatives, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], fmi2Real value[])
 REFUSES(fmi2EnterEventMode)

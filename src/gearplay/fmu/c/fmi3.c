@@ -12,30 +12,20 @@ typedef struct {
     fmi3LogMessageCallback log;
 } Instance;
 
-enum { ANY = INSTANTIATED | INITIALISING | STEPPING | TERMINATED | FAILED, LIVE = INSTANTIATED | INITIALISING | STEPPING };
-
-static fmi3Status status(Instance *it, int failed) {
-    if (!failed) return fmi3OK;
+static void log_error(Instance *it) {
     if (it->log) it->log(it->environment, fmi3Error, "logStatusError", it->model->message);
-    return fmi3Error;
 }
 
-static fmi3Status refused(fmi3Instance c, const char *function) {
-    Instance *it = c;
-    return it ? status(it, model_fail(it->model, "%s: is not a function of this FMU.", function)) : fmi3Error;
-}
-
-#define LET(function, phases)                                                    \
-    Instance *it = c;                                                            \
-    if (!it) return fmi3Error;                                                   \
-    if (model_may(it->model, function, phases)) return status(it, 1)
+#define FMI(name) fmi3##name
+#define COMPONENT fmi3Instance
+#define FMU_STATE fmi3FMUState
+#define STATE(verb) fmi3##verb##FMUState
+#define SERIALIZED_SIZE fmi3SerializedFMUStateSize
+#define SERIALIZE fmi3SerializeFMUState
+#define DESERIALIZE fmi3DeserializeFMUState
+#include "common.h"
 
 EXPORTED const char *fmi3GetVersion(void) { return fmi3Version; }
-
-EXPORTED fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
-    (void)on, (void)n, (void)categories; /* errors are always said, and nothing else is */
-    return c ? fmi3OK : fmi3Error;
-}
 
 static fmi3Instance nothing(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, const char *words) {
     if (log) log(environment, fmi3Error, "logStatusError", words);
@@ -87,28 +77,8 @@ EXPORTED fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean defi
                                                 fmi3Boolean ends, fmi3Float64 stop) {
     LET("fmi3EnterInitializationMode", INSTANTIATED);
     (void)defined, (void)tolerance, (void)ends, (void)stop; /* the tolerance is the case's */
-    if (!(start >= -1e9 && start <= 1e9)) return status(it, model_fail(it->model, "startTime = %g: must be within 1e9 s.", start));
-    it->model->start = start;
+    if (starts_at(it->model, start)) return status(it, 1);
     it->model->phase = INITIALISING;
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
-    LET("fmi3ExitInitializationMode", INITIALISING);
-    if (model_begin(it->model)) return status(it, 1);
-    it->model->phase = STEPPING;
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3Terminate(fmi3Instance c) {
-    LET("fmi3Terminate", STEPPING);
-    it->model->phase = TERMINATED;
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3Reset(fmi3Instance c) {
-    LET("fmi3Reset", ANY);
-    model_reset(it->model);
     return fmi3OK;
 }
 
@@ -127,6 +97,15 @@ EXPORTED fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[]
     for (size_t k = 0; k < n; k++)
         if (model_set(it->model, vr[k], values[k])) return status(it, 1);
     return fmi3OK;
+}
+
+EXPORTED fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n,
+                                                 const fmi3ValueReference knowns[], size_t m, const fmi3Float64 seed[],
+                                                 size_t seeds, fmi3Float64 sensitivity[], size_t size) {
+    LET("fmi3GetDirectionalDerivative", INITIALISING | STEPPING);
+    if (seeds != m || size != n)
+        return status(it, model_fail(it->model, "fmi3GetDirectionalDerivative: there must be as many values as variables."));
+    return status(it, model_derive(it->model, unknowns, n, knowns, m, seed, sensitivity));
 }
 
 /* Variables of these types: there are none. */
@@ -174,55 +153,6 @@ EXPORTED fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference vr[], 
     return n == 0 && c ? fmi3OK : refused(c, "fmi3SetClock");
 }
 
-EXPORTED fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
-    LET("fmi3GetFMUState", ANY);
-    if (!state) return status(it, model_fail(it->model, "fmi3GetFMUState: needs an address."));
-    if (!*state) *state = malloc(sizeof(State));
-    if (!*state) return status(it, model_fail(it->model, "fmi3GetFMUState: there is too little memory."));
-    model_save(it->model, *state);
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
-    LET("fmi3SetFMUState", ANY);
-    if (!state) return status(it, model_fail(it->model, "fmi3SetFMUState: needs a state."));
-    return status(it, model_restore(it->model, state));
-}
-
-EXPORTED fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
-    LET("fmi3FreeFMUState", ANY);
-    if (state) free(*state), *state = NULL;
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
-    LET("fmi3SerializedFMUStateSize", ANY);
-    (void)state;
-    *size = sizeof(State);
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-    LET("fmi3SerializeFMUState", ANY);
-    if (!state || size < sizeof(State)) return status(it, model_fail(it->model, "fmi3SerializeFMUState: too little room."));
-    memcpy(bytes, state, sizeof(State));
-    return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-    LET("fmi3DeserializeFMUState", ANY);
-    State *made = malloc(sizeof(State));
-    if (!made) return status(it, model_fail(it->model, "fmi3DeserializeFMUState: there is too little memory."));
-    if (size == sizeof(State)) memcpy(made, bytes, size);
-    if (model_is_state(it->model, made, size)) {
-        free(made);
-        return status(it, 1);
-    }
-    free(*state);
-    *state = made;
-    return fmi3OK;
-}
-
 EXPORTED fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 length, fmi3Boolean no_way_back, fmi3Boolean *event,
                                fmi3Boolean *ends, fmi3Boolean *early, fmi3Float64 *reached) {
     LET("fmi3DoStep", STEPPING);
@@ -235,13 +165,9 @@ EXPORTED fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 len
     return status(it, failed);
 }
 
-#define REFUSES(function, ...) \
-    EXPORTED fmi3Status function(fmi3Instance c, ##__VA_ARGS__) { return refused(c, #function); }
 REFUSES(fmi3GetNumberOfVariableDependencies, fmi3ValueReference vr, size_t *n)
 REFUSES(fmi3GetVariableDependencies, fmi3ValueReference dependent, size_t of[], fmi3ValueReference on[], size_t at[],
         fmi3DependencyKind kinds[], size_t n)
-REFUSES(fmi3GetDirectionalDerivative, const fmi3ValueReference unknowns[], size_t n, const fmi3ValueReference knowns[], size_t m,
-        const fmi3Float64 seed[], size_t seeds, fmi3Float64 sensitivity[], size_t size)
 REFUSES(fmi3GetAdjointDerivative, const fmi3ValueReference unknowns[], size_t n, const fmi3ValueReference knowns[], size_t m,
         const fmi3Float64 seed[], size_t seeds, fmi3Float64 sensitivity[], size_t size)
 REFUSES(fmi3EnterConfigurationMode)

@@ -40,8 +40,9 @@ Model *model_new(void) {
     Model *model = calloc(1, sizeof(Model));
     if (!model) return NULL;
     model->image = malloc(sizeof(uint64_t) * IMAGE_WORDS);
-    if (!model->image) {
-        free(model);
+    model->spare = malloc(sizeof(uint64_t) * IMAGE_WORDS);
+    if (!model->image || !model->spare) {
+        model_free(model);
         return NULL;
     }
     model_reset(model);
@@ -51,6 +52,7 @@ Model *model_new(void) {
 void model_free(Model *model) {
     if (!model) return;
     free(model->image);
+    free(model->spare);
     free(model);
 }
 
@@ -83,21 +85,30 @@ static int status_of(Model *model, int32_t fault, int64_t status) {
     return model_fail(model, "%s Stopped at t = %.9g s.", words, model->start + reached);
 }
 
-static int advance(Model *model, double end) {
-    int64_t status = PAUSED, nothing = 0;
+static int change_inputs(Model *model, const double inputs[]) {
+    int64_t status = PAUSED;
     void *fault = NULL;
-    const gearplay_System *system = system_of(model);
-    const gearplay_Run *run = run_of(model);
     const gearplay_Held *held = held_of(model);
-    for (size_t k = 0; k < INPUTS; k++) held->wanted[k] = model->inputs[k];
-    int32_t failed = gearplay_integrate_stepping_change_inputs(&status, &fault, system, run, held);
-    if (failed != 0 || status != DONE) return status_of(model, failed, status);
-    status = PAUSED;
+    for (size_t k = 0; k < INPUTS; k++) held->wanted[k] = inputs[k];
+    int32_t failed = gearplay_integrate_stepping_change_inputs(&status, &fault, system_of(model), run_of(model), held);
+    return failed != 0 || status != DONE ? status_of(model, failed, status) : 0;
+}
+
+static int observe(Model *model) {
+    int64_t nothing = 0;
+    void *fault = NULL;
+    return status_of(model, gearplay_integrate_stepping_observe_now((void *)&nothing, &fault, system_of(model), run_of(model)), DONE);
+}
+
+static int advance(Model *model, double end) {
+    int64_t status = PAUSED;
+    int32_t failed = 0;
+    void *fault = NULL;
+    if (change_inputs(model, model->inputs)) return 1;
     while (failed == 0 && status == PAUSED)
-        failed = gearplay_integrate_stepping_advance_to(&status, &fault, system, run, end, STEPS_AT_ONCE);
+        failed = gearplay_integrate_stepping_advance_to(&status, &fault, system_of(model), run_of(model), end, STEPS_AT_ONCE);
     if (failed != 0 || status != DONE) return status_of(model, failed, status);
-    failed = gearplay_integrate_stepping_observe_now((void *)&nothing, &fault, system, run);
-    return status_of(model, failed, DONE);
+    return observe(model);
 }
 
 int model_begin(Model *model) {
@@ -127,6 +138,45 @@ int model_step(Model *model, double time, double length) {
     if (!(fabs(time - reached) <= 1e-9 * scale))
         return model_fail(model, "currentCommunicationPoint = %.17g: must be %.17g, where the last step ended.", time, reached);
     return advance(model, time - model->start + length);
+}
+
+/* Observe the outputs of this point of time with one input changed by a step, in the spare image. */
+static int try_inputs(Model *model, size_t known, double step) {
+    double inputs[INPUTS + 1];
+    uint64_t *image = model->image;
+    memcpy(inputs, model->inputs, sizeof inputs);
+    inputs[known] += step;
+    copy_image(model->spare, image, model->spare);
+    model->image = model->spare;
+    int phase = model->phase, failed = change_inputs(model, inputs) || observe(model);
+    model->image = image;
+    model->phase = phase;
+    return failed;
+}
+
+/* The derivative of outputs by inputs at a communication point, as after a step of length 0: what passes through at once. While no
+   control is at its limit and none reaches it, outputs are affine in torques and set-points, and a difference is exact but for
+   rounding. */
+int model_derive(Model *model, const uint32_t unknowns[], size_t n, const uint32_t knowns[], size_t m, const double seed[],
+                 double found[]) {
+    for (size_t j = 0; j < n; j++) {
+        if (unknowns[j] <= INPUTS || unknowns[j] > INPUTS + OUTPUTS)
+            return model_fail(model, "valueReference = %lu: must be that of an output.", (unsigned long)unknowns[j]);
+        found[j] = 0.0;
+    }
+    for (size_t k = 0; k < m; k++)
+        if (knowns[k] < 1 || knowns[k] > INPUTS || !isfinite(seed[k]))
+            return model_fail(model, "valueReference = %lu: must be that of an input, with a finite seed.", (unsigned long)knowns[k]);
+    if (!model->begun && model_begin(model)) return 1;
+    for (size_t k = 0; k < m; k++) {
+        double size = fabs(model->inputs[knowns[k] - 1]), step = size > 0.1 ? 1e-3 * size : 1e-4;
+        for (int side = 1; side >= -1; side -= 2) {
+            if (try_inputs(model, knowns[k] - 1, side * step)) return 1;
+            const gearplay_Run *tried = (const gearplay_Run *)((const char *)model->spare + RUN_PLACE);
+            for (size_t j = 0; j < n; j++) found[j] += side * seed[k] * tried->rows[unknowns[j] - 1 - INPUTS] / (2.0 * step);
+        }
+    }
+    return 0;
 }
 
 int model_get(Model *model, uint32_t reference, double *value) {

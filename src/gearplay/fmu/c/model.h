@@ -16,6 +16,7 @@ enum phase { INSTANTIATED = 1, INITIALISING = 2, STEPPING = 4, TERMINATED = 8, F
 enum { MESSAGE = 512 };
 
 typedef struct {
+    uint64_t *spare; /* an image for trials */
     uint64_t *image; /* memory of the system, the run and its inputs: a copy of the case's, with addresses of its own */
     double inputs[INPUTS + 1];
     double tunes[TUNES + 1];
@@ -43,6 +44,8 @@ int model_may(Model *model, const char *function, int phases);
 int model_get(Model *model, uint32_t reference, double *value);
 int model_set(Model *model, uint32_t reference, double value);
 int model_begin(Model *model);
+int model_derive(Model *model, const uint32_t unknowns[], size_t n, const uint32_t knowns[], size_t m, const double seed[],
+                 double found[]);
 int model_step(Model *model, double time, double length);
 double model_time(const Model *model);
 void model_save(const Model *model, State *state);

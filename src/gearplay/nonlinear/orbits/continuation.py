@@ -7,6 +7,7 @@ import numpy as np
 from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.families import Family, Varied, along
+from gearplay.model.pack import pack
 from gearplay.model.plan_values import number_in_si, value_at
 from gearplay.model.reading import Source
 from gearplay.nonlinear.orbits.autonomous import AutonomousMap
@@ -14,6 +15,7 @@ from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits
 from gearplay.nonlinear.orbits.branches import Settings, follow_branch
 from gearplay.nonlinear.orbits.period_map import StrobeMap, sharp
 from gearplay.nonlinear.orbits.results import Branches, OneBranch, PeriodicOrbit
+from gearplay.nonlinear.orbits.sampled import sample_time, sampled_orbit
 from gearplay.nonlinear.orbits.shooting import find_orbit
 from gearplay.results.simulate import case_of
 from gearplay.solver.deadline import limited
@@ -36,7 +38,8 @@ def periodic_orbit(
     """Return the periodic orbit of an order near the settled motion of a case.
 
     With ``autonomous`` it is a limit cycle of a case that nothing excites, as a loop that hunts in its play: its period is an
-    unknown too.
+    unknown too. Of a sampled control it is a whole number of samples, the order, where the motion is locked to them; it need not
+    be, and then there is no such orbit.
 
     Parameters
     ----------
@@ -45,7 +48,7 @@ def periodic_orbit(
     order
         Common periods after which the orbit repeats, 1 to 1000.
     settle
-        Common periods before the search begins; of a limit cycle returns to the section.
+        Common periods before the search begins; of a limit cycle returns to the section, of a sampled control to its contact.
     autonomous
         Whether nothing excites the case, and the period is sought too.
     section
@@ -75,6 +78,12 @@ def periodic_orbit(
     base = sharp(case_of(case))
     refuse_fixed_steps(base)
     _check_limit_cycle(autonomous, section, order)
+    if autonomous and sample_time(pack(base)) is not None:
+        if section is not None:
+            rule = "must be left out for a sampled control, whose orbits are cut at its samples"
+            raise InputError.of("section", section, rule, "Remove it")
+        with limited(base.run.max_wall_time):
+            return PeriodicOrbit(**vars(sampled_orbit(lambda _: base, settle)), case=base)
     family = _map_of(lambda _: base, 0.0, autonomous, section)
     with limited(base.run.max_wall_time):
         found = find_orbit(family, family.settle(family.start(0.0), 0.0, settle), 0.0, order=order)

@@ -12,7 +12,7 @@ from gearplay.model.case import Case
 from gearplay.model.families import Family
 from gearplay.model.pack import Packed
 from gearplay.model.reading import replace
-from gearplay.parts.registry import MESH, recurrence_rates
+from gearplay.parts.registry import MESH, POSITIONER, recurrence_rates
 from gearplay.solver.flow import Flow, Passage
 from gearplay.solver.frames import CarrierFrames
 from gearplay.vocabulary.errors import NO_VALUE, InputError
@@ -219,6 +219,11 @@ def excitation_rates(packed: Packed) -> list[float]:
     frames = CarrierFrames(packed.system)
     speeds, relative = rotors.nominal_speed, np.abs(rotors.nominal_speed - frames.speeds)
     rates = recurrence_rates(packed.system, speeds, frames.speeds)
+    loops = packed.system.records[POSITIONER]
+    slow = loops[(loops["sample_time"] > 0.0) & (loops["every"] > 1)]
+    rates += (2.0 * math.pi / (slow["sample_time"] * slow["every"])).tolist()
+    rates += [math.nan] * int(np.sum(rotors.set_points > 0))
+    rates += packed.system.terms[rotors.wave[rotors.wave >= 0], 0].tolist()
     if np.any(np.isnan(rates)):
         rule = "must not be given for a motion that can be periodic"
         where = "a table, step or trapezoid over time"

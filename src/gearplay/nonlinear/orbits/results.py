@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.families import Family, along
 from gearplay.model.field_units import unit_at
+from gearplay.model.pack import pack
 from gearplay.nonlinear.orbits.autonomous import AutonomousMap
 from gearplay.nonlinear.orbits.branch_tree import signals_of
 from gearplay.nonlinear.orbits.branches import Branch, Special
 from gearplay.nonlinear.orbits.period_map import StrobeMap
+from gearplay.nonlinear.orbits.sampled import sample_time
 from gearplay.nonlinear.orbits.shooting import Orbit
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
 from gearplay.results.base import AnalysisResult, Column, Tabled, case_in, check_kind
@@ -59,6 +61,9 @@ class PeriodicOrbit(Orbit, Tabled):
         kind = "stable" if self.stable else "unstable"
         if math.isfinite(self.period):
             return f"{kind} limit cycle of period {self.period:.6g} s, {largest}"
+        if (sampling := sample_time(pack(self.case))) is not None:
+            locked = f"locked to {self.order} samples, period {self.order * sampling:.6g} s"
+            return f"{kind} limit cycle {locked}, {largest}"
         return f"{kind} periodic orbit of order {self.order}, {largest}"
 
     def motion(self, signals: Sequence[str], *, samples: int = 1000) -> xr.Dataset:

@@ -1,6 +1,9 @@
 """A servo: a speed loop between the ground and a rotor, proportional and integral, with a torque limit.
 
 No contact, one state of its own (the integral of the speed error), one mode (0 linear, +1/-1 at the limit), one switch.
+
+A motor at a voltage u is one too: L i' + R i + k omega = u, T = k i, is lag T' = (k^2 / R) (u / k - omega) - T with the lag
+L / R, so that its gain is k^2 / R, its speed u / k; T is a second state, and the first rests.
 """
 
 import math
@@ -31,6 +34,7 @@ RECORD = np.dtype(
         ("gain", "f8"),  # N m s
         ("integral_gain", "f8"),  # N m
         ("limit", "f8"),  # N m
+        ("lag", "f8"),  # s, time constant of a motor's winding, 0 for none
         ("speed", "f8"),  # rad/s, once the ramp of its rotor is over
         *FIELDS,
     ],
@@ -41,6 +45,7 @@ MEMORY: tuple[float, ...] = ()
 MODES = 1
 PER_CONTACT = 0
 SLOPES = 0
+LAGGED = 1  # place among its states of the torque of a motor
 
 
 @compiled_inline
@@ -80,6 +85,8 @@ def wanted_torque(system: System, n: int, t: float, y: Floats, branch: Branch) -
 def torque_of(system: System, n: int, t: float, y: Floats, branch: Branch) -> float:
     """Return servo n's torque [N m] at (t, y)."""
     servo = system.records[KIND][n]
+    if servo.lag > 0.0:
+        return y[servo.state + LAGGED]
     wanted = wanted_torque(system, n, t, y, branch)
     return shown(limited(wanted, servo.limit, branch.modes[servo.mode]), servo.limit)
 
@@ -92,6 +99,10 @@ def apply_forces(
     servo = system.records[KIND][n]
     wanted = wanted_torque(system, n, t, y, branch)
     torque = limited(wanted, servo.limit, branch.modes[servo.mode])
+    if servo.lag > 0.0:
+        loads.rotors[servo.rotor, 2] += y[servo.state + LAGGED]
+        dy[servo.state], dy[servo.state + LAGGED] = 0.0, (torque - y[servo.state + LAGGED]) / servo.lag
+        return 0
     loads.rotors[servo.rotor, 2] += torque
     # Back-calculation: the integral follows what the limit lets through.
     error = _target(system, n, t, branch) - spin_of(system, servo.rotor, y)
@@ -139,6 +150,10 @@ def add_change(
     spin = z[omega_of(system, servo.rotor)]
     wanted = -servo.gain * spin + servo.integral_gain * z[servo.state]
     torque = wanted if branch.modes[servo.mode] == 0 else 0.0
+    if servo.lag > 0.0:
+        force[servo.rotor, 2] += z[servo.state + LAGGED]
+        dz[servo.state], dz[servo.state + LAGGED] = 0.0, (torque - z[servo.state + LAGGED]) / servo.lag
+        return
     force[servo.rotor, 2] += torque
     dz[servo.state] = -spin + (torque - wanted) / servo.gain
 

@@ -147,6 +147,17 @@ class SetPoint(OfQuantity[Value], Generic[Value]):
             return _move(self.trapezoid) if of_speed else _pulse(self.trapezoid)
         return _lines([(time, float(value)) for time, value in self.table])
 
+    def integral(self, constant: float) -> list[Piece]:
+        """Return the pieces of the integral from 0 of a value that is linear on each piece, less a ``constant``."""
+        found: list[Piece] = []
+        pieces, total = self.pieces(), 0.0
+        for k, (begin, value, rate, _) in enumerate(pieces):
+            found.append((begin, total, value - constant, 0.5 * rate))
+            if k + 1 < len(pieces):
+                u = pieces[k + 1][0] - begin
+                total += u * (value - constant + 0.5 * rate * u)
+        return found
+
     def stops(self, *, of_speed: bool = False) -> set[float]:
         """Return the times [s] that no step may pass: where a piece begins, and just before where the value jumps.
 

@@ -96,17 +96,23 @@ class RippleTerm(Part):
 
 
 class SpeedDrive(Part):
-    """Prescribed rotation: ``theta = speed t`` after the ramp from ``start_speed``, or the integral of a speed that ripples."""
+    """Prescribed rotation: ``theta = speed t`` after the ramp from ``start_speed``, or the integral of a speed that ripples or
+    is given over time.
+    """
 
     kind: Literal["speed"] = "speed"
     speed: Speed
     ramp: Ramp = 0.0
     start_speed: StartSpeed = 0.0
     ripple: Annotated[tuple[RippleTerm, ...], Listed(0, 8, "terms of the ripple of the speed")] = ()
+    over_time: Annotated[SetPoint[Speed] | None, Field(description=OVER_TIME, exclude_if=is_absent)] = None
 
     @model_validator(mode="after")
     def _check(self) -> "SpeedDrive":
-        problems = []
+        problems = _over_time_problems(self)
+        if self.over_time is not None and self.ripple:
+            rule = "must not be given for a drive whose speed is given over time"
+            problems.append(Problem(("ripple",), rule, "Remove one of the two"))
         total = sum(term.amplitude for term in self.ripple)
         if total >= 1.0:
             rule = f"must have amplitudes that add up to less than 1, lest the shaft reverse; they make {total:.4g}"
@@ -118,9 +124,11 @@ class SpeedDrive(Part):
         return self
 
     @property
-    def starting_factor(self) -> float:
-        """Speed at t = 0 over ``speed``, by the phases of the ripple."""
-        return 1.0 + sum(term.amplitude * math.sin(term.phase) for term in self.ripple)
+    def first_speed(self) -> float:
+        """Speed at t = 0 [rad/s], without a ramp: by the phases of the ripple, or the set-point."""
+        if self.over_time is not None:
+            return self.over_time.at_start
+        return self.speed * (1.0 + sum(term.amplitude * math.sin(term.phase) for term in self.ripple))
 
 
 class TorqueDrive(Part):
@@ -156,11 +164,7 @@ class ServoDrive(Part):
 
     @model_validator(mode="after")
     def _check(self) -> "ServoDrive":
-        problems = _start_problems(self.start_speed, self.ramp)
-        if self.over_time is not None and self.ramp > 0.0:
-            rule = "must be 0 for a drive whose speed is given over time"
-            problems.append(Problem(("ramp",), rule, "Write it into the set-point"))
-        refuse([*problems, *_nominal_problems(self, "speed")])
+        refuse([*_start_problems(self.start_speed, self.ramp), *_over_time_problems(self)])
         return self
 
     @property
@@ -259,7 +263,18 @@ def _sample_problems(drive: "PositionDrive | CascadeDrive") -> Iterator[Problem]
         yield Problem(("delay",), rule, "Shorten it")
 
 
-def _nominal_problems(drive: "ServoDrive | PositionDrive | CascadeDrive", name: str) -> list[Problem]:
+def _over_time_problems(drive: "SpeedDrive | ServoDrive") -> list[Problem]:
+    """Set the constant of a drive whose speed is given over time; return a contradiction, and a ramp."""
+    problems = _nominal_problems(drive, "speed")
+    if drive.over_time is not None and drive.ramp > 0.0:
+        rule = "must be 0 for a drive whose speed is given over time"
+        problems.append(Problem(("ramp",), rule, "Write it into the set-point"))
+    return problems
+
+
+def _nominal_problems(
+    drive: "SpeedDrive | ServoDrive | PositionDrive | CascadeDrive", name: str
+) -> list[Problem]:
     """Set the constant of a drive to the nominal value of its set-point over time; return a contradiction of both."""
     if drive.over_time is None:
         return []

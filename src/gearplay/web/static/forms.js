@@ -6,7 +6,7 @@ import { shownUnit } from "./plotting.js";
 const SIGNALS = ["x", "y", "vx", "vy", "theta", "omega"];
 const rounded = (value) => Number(value.toPrecision(3));
 
-function field(form, name, words, element) {
+export function field(form, name, words, element) {
   const label = document.createElement("label");
   label.textContent = words;
   element.name = name;
@@ -15,7 +15,7 @@ function field(form, name, words, element) {
   return element;
 }
 
-function numberField(form, name, words, value) {
+export function numberField(form, name, words, value) {
   const input = document.createElement("input");
   input.type = "number";
   input.step = "any";
@@ -44,7 +44,7 @@ function pathField(whole, name, words, numbers, chosen) {
   fill();
 }
 
-function button(form, text) {
+export function submitButton(form, text) {
   const made = document.createElement("button");
   made.type = "submit";
   made.textContent = text;
@@ -68,7 +68,7 @@ export function fillForms(diagram, map, { case: { sleeves, run }, controls, meas
   numberField(diagram, "count", "values", 100);
   numberField(diagram, "settle", "mesh periods before", 200);
   numberField(diagram, "keep", "mesh periods kept", 60);
-  button(diagram, "Draw the diagram");
+  submitButton(diagram, "Draw the diagram");
 
   map.replaceChildren();
   delete map.dataset.touched;
@@ -92,7 +92,7 @@ export function fillForms(diagram, map, { case: { sleeves, run }, controls, meas
   numberField(map, "transient", "after [s]", rattles ? 1 : run.transient);
   const cost = document.createElement("span");
   cost.id = "map-cost";
-  button(map, "Run the map");
+  submitButton(map, "Run the map");
   map.append(cost);
 }
 

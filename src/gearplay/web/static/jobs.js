@@ -1,19 +1,21 @@
-// Bifurcation diagrams and maps: requests, drawing, clicks.
+// Bifurcation diagrams, maps and lost motion: requests, drawing, clicks.
 
 import { paceOf } from "./averages.js";
 import { drawBifurcation, drawMap } from "./diagrams.js";
 import { diagramWords, faultOf, mapWords, sayCost } from "./forms.js";
+import { drawLostMotion, lostMotionWords } from "./lost_motion.js";
 import { $, current, note, state, showMessage } from "./page.js";
 import { hideProgress, showProgress } from "./runs.js";
 
 const named = (path) => state.controls.find((each) => each.path === path);
+const WORDS = { bifurcation: diagramWords, map: mapWords, lost_motion: lostMotionWords };
 const pathsOf = (result) => result.paths ?? [result.path];
 
-/** Ask for a diagram or a map from its form. */
+/** Ask for a diagram, a map or the lost motion from its form. */
 export function submit(kind, form) {
   const fault = faultOf(form, state.controls);
   if (fault) { showMessage(fault); return; }
-  longJob(kind, { case: current(), note: note(), ...(kind === "map" ? mapWords : diagramWords)(form, state.controls) });
+  longJob(kind, { case: current(), note: note(), ...WORDS[kind](form, state.controls) });
 }
 
 /** Say how long the map may take, by the steps of the last run. */
@@ -23,7 +25,7 @@ export function estimate() {
 
 /** Do a long job; one that is lost with the server is submitted again once that is back. */
 export async function longJob(kind, words) {
-  if (state.job) { showMessage("One diagram or map at a time: cancel the one that runs."); return; }
+  if (state.job) { showMessage("One diagram, map or lost motion at a time: cancel the one that runs."); return; }
   showMessage("");
   const { generation } = state;
   const began = performance.now();
@@ -34,7 +36,7 @@ export async function longJob(kind, words) {
     const result = await job;
     state.kept();
     if (generation === state.generation) await showDiagram(result, JSON.stringify(words.case));
-    else showMessage(`The ${kind} that ran is of another case: see Results.`);
+    else showMessage(`The ${kind.replace("_", " ")} that ran is of another case: see Results.`);
   } catch (error) {
     if (error.kind === "gone") state.lost = { kind, words };
     else showMessage(error.message);
@@ -47,6 +49,7 @@ export async function longJob(kind, words) {
 /** Show a diagram or map; `of` is the case that it was computed of, as text, by which the page knows when it is no longer the current one. */
 export async function showDiagram(result, of) {
   state.diagrams[result.kind] = { ...result, of };
+  if (result.kind === "lost_motion") { await drawLostMotion(result); markDiagrams(); return; }
   if (result.kind === "map") await drawMap(result, ...result.paths.map(named));
   else await drawBifurcation(result, named(result.path));
   $(result.kind).removeAllListeners?.("plotly_click");
@@ -57,6 +60,8 @@ export async function showDiagram(result, of) {
 /** Say of each diagram what it is of, and whether the case has changed since. */
 export function markDiagrams() {
   for (const [kind, result] of Object.entries(state.diagrams)) {
+    $(`${kind}-stale`).hidden = result.of === JSON.stringify(current());
+    if (kind === "lost_motion") { $("lost_motion-words").textContent = `${result.message}.`; continue; }
     const failed = kind === "map" ? result.reasons : result.failed ? [`${result.failed} values failed`] : [];
     const { members = 1, duration, transient } = result;
     const words = [`${result.case.backlash_model} model, ${members > 1 ? `${members} members of ${duration} s after ${transient} s, from drawn starts; ± holds 95 %` : "one member"}`];
@@ -65,6 +70,5 @@ export function markDiagrams() {
     words.push("click a point to run it");
     if (failed.length) words.push(`not all was computed: ${failed.join("; ")}`);
     $(`${kind}-words`).textContent = `${words.join("; ")}.`;
-    $(`${kind}-stale`).hidden = result.of === JSON.stringify(current());
   }
 }

@@ -2,6 +2,7 @@
 
 import { fillForms } from "./forms.js";
 import { showDiagram } from "./jobs.js";
+import { fillLostMotion } from "./lost_motion.js";
 import { offerOverlays } from "./overlays.js";
 import { $, request, requestJson, current, note, showTitle, state, showMessage } from "./page.js";
 import { style } from "./colors.js";
@@ -33,10 +34,12 @@ function adopt(described, name, note = "") {
   state.panel.build(described.controls);
   state.panel.find($("find").value);
   fillForms($("bifurcation-form"), $("map-form"), described);
+  fillLostMotion($("lost_motion-form"), described);
   $("magnify").value = 0;
   stage.magnify = 1;
   magnified();
-  for (const kind of ["bifurcation", "map"]) { window.Plotly?.purge(kind); $(`${kind}-words`).textContent = ""; $(`${kind}-stale`).hidden = true; }
+  for (const kind of ["bifurcation", "map", "lost_motion"]) { window.Plotly?.purge(kind); $(`${kind}-words`).textContent = ""; $(`${kind}-stale`).hidden = true; }
+  $("lost_motion-rows").replaceChildren();
   outdate();
   showSource(name);
   showTitle();
@@ -93,7 +96,7 @@ export async function fromLink() {
 export async function listResults() {
   try {
     const found = await requestJson("/api/results");
-    const words = ({ kind, title, note, written }) => [kind, title || "untitled", note, new Date(1000 * written).toLocaleTimeString()].filter(Boolean).join(", ");
+    const words = ({ kind, title, note, written }) => [kind.replace("_", " "), title || "untitled", note, new Date(1000 * written).toLocaleTimeString()].filter(Boolean).join(", ");
     offerOverlays(found.filter(({ kind }) => kind === "run").map((each) => [each.key, words(each)]));
     $("history").replaceChildren(new Option("earlier ones", ""), ...found.map((each) => new Option(words(each), each.key)));
   } catch { /* the banner says that the server is gone */ }

@@ -9,7 +9,7 @@ import { measured, overlay } from "./overlays.js";
 import { magnified, moved, redraw, redrawSpectrum, run, stage, toNextImpact } from "./runs.js";
 import { Wire } from "./wire.js";
 
-const TABS = ["run", "bifurcation", "map"];
+const TABS = ["run", "bifurcation", "map", "lost_motion"];
 
 state.select = (name) => {
   state.tab = name;
@@ -21,7 +21,7 @@ state.select = (name) => {
   }
   if (name === "map") estimate();
   if (name === "run") redraw();
-  else if ($(name).data) Plotly.Plots.resize(name);
+  for (const each of [name, `${name}-turn`]) if ($(each)?.data) Plotly.Plots.resize(each);
 };
 
 for (const [at, name] of TABS.entries()) {
@@ -81,7 +81,7 @@ $("share").onclick = async () => {
   setTimeout(() => { $("share").textContent = "Copy link"; }, 2000);
 };
 window.addEventListener("hashchange", () => attempt(fromLink));
-for (const kind of ["bifurcation", "map"]) $(`${kind}-form`).onsubmit = (event) => { event.preventDefault(); submit(kind, event.target); };
+for (const kind of ["bifurcation", "map", "lost_motion"]) $(`${kind}-form`).onsubmit = (event) => { event.preventDefault(); submit(kind, event.target); };
 
 $("map-form").oninput = () => { $("map-form").dataset.touched = "1"; estimate(); };
 
