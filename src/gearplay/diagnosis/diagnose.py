@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+import os
+import threading
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from gearplay.diagnosis.checks import Checks, checked
 from gearplay.diagnosis.doubts import doubts
 from gearplay.diagnosis.hypotheses import HEALTHY, TOLD, Hypothesis, gear_rows, ranked
 from gearplay.diagnosis.machine import Machine, Shaft, machine_of_case, machine_of_teeth
@@ -20,12 +23,14 @@ from gearplay.files.record import Channel, Record
 from gearplay.model.case import Case
 from gearplay.model.reading import Source, load_case
 from gearplay.results.spectra import amplitude_spectrum
+from gearplay.rig.plan import Rig, load_rig, placements
 from gearplay.signals.angle import ShaftAngle
 from gearplay.signals.averaging import averaged_spectrum
 from gearplay.signals.checks import TWO_PI, check_channel
 from gearplay.signals.envelopes import envelope
 from gearplay.signals.resampling import resampled
 from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.progress import Progress
 from gearplay.vocabulary.version import VERSION
 
 if TYPE_CHECKING:
@@ -45,6 +50,12 @@ def diagnose(
     speed: float | str | Channel | ShaftAngle | None = None,
     healthy: Record | Channel | None = None,
     channel: str | None = None,
+    quick: bool = False,
+    rig: Rig | str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    members: int = 3,
+    threads: int | None = None,
+    progress: Progress | None = None,
+    stop: threading.Event | None = None,
 ) -> Diagnosis:
     """Diagnose a machine from a record: named lines, indices, periodic events, ranked hypotheses.
 
@@ -52,6 +63,10 @@ def diagnose(
     turns of each shaft show damaged teeth and eccentric gears; what repeats with no shaft is searched for the envelope lines of
     bearings and of rattling flanks. Each hypothesis has its evidence against a threshold, and a confidence; below 0.7 the cause
     counts as not told. A healthy record of the same machine replaces general thresholds.
+
+    With a case the likeliest hypotheses, worn flanks and worn bushes are simulated in three severities at the speed of the
+    record, through the same rig, and the features of these records (levels, lines, sidebands, indices, envelopes) compared with
+    those of the record. Causes that agree alike are listed under what cannot be told.
 
     Source: Randall, Vibration-based Condition Monitoring (2011), chapters 5 and 6; ranking and thresholds: ours.
 
@@ -73,17 +88,32 @@ def diagnose(
         Record of the same machine and sensor without damage.
     channel
         Name of the channel, where the record has several.
+    quick
+        Whether nothing is simulated.
+    rig
+        Rig of the record, as `measure` takes it; its sampling rate is the record's. The channel ``NAME.recorded`` is compared
+        with its accelerometer ``NAME``, any other with the first one.
+    members
+        Simulated records of each cause and severity, from different starts with different noise, 2 or more.
+    threads
+        Threads; the cores by default. It changes nothing in the result.
+    progress
+        Called with what is running, simulated records done, and of how many.
+    stop
+        An event that ends the simulations early, with `KeyboardInterrupt`.
 
     Returns
     -------
     Diagnosis
-        ``message``, ``hypotheses()``, ``lines()``, ``indices()``, ``cannot_be_told``, ``ds``, ``plot()``.
+        ``message``, ``hypotheses()``, ``checks()``, ``lines()``, ``indices()``, ``cannot_be_told``, ``ds``, ``plot()``.
 
     Raises
     ------
     InputError
-        For a machine that is not described or in two ways, a record that is too short, does not vary or is not finite, and a
-        speed that the record cannot show.
+        For a machine that is not described or in two ways, a record that is too short, does not vary or is not finite, a
+        speed that the record cannot show, and a rig that does not fit the case.
+    KeyboardInterrupt
+        Where it was interrupted.
 
     Examples
     --------
@@ -97,7 +127,9 @@ def diagnose(
 
     """
     chosen = _channel("record", record, channel)
-    machine = _machine(case, teeth, bearings)
+    built = None if case is None else case if isinstance(case, Case) else load_case(case)
+    machine = _machine(built, teeth, bearings)
+    instruments = _rig(rig, built, quick=quick)
     taken, found, spectrum = _prepared("record", chosen, machine, speed)
     before = None
     if healthy is not None:
@@ -110,6 +142,13 @@ def diagnose(
     low, high = _band(every[0], result)
     named, shown = _lines(taken, result, machine, spectrum, (low, high))
     old = _healthy_lines(before, machine, (low, high)) if before is not None else {}
+    checks = Checks()
+    if built is not None and not quick:
+        checks = checked(
+            taken, before[1] if before is not None else None, built, instruments, machine, found.frequency,
+            before[0].speed.frequency if before is not None else found.frequency, every,
+            members=members, threads=threads, progress=progress, stop=stop,
+        )  # fmt: skip
     source = record.source if isinstance(record, Record) and record.source else chosen.name
     return Diagnosis(
         _dataset(
@@ -122,6 +161,7 @@ def diagnose(
             named,
             old,
             shown,
+            checks,
         )
     )
 
@@ -144,12 +184,23 @@ def _channel(path: str, record: Any, name: str | None) -> Channel:
     return record.channel(name)
 
 
-def _machine(case: Source | None, teeth: str | None, bearings: str | Sequence[str]) -> Machine:
+def _rig(rig: Any, case: Case | None, *, quick: bool) -> Rig:
+    """Return the rig of a record; `InputError` where there is nothing to simulate with it, or it does not fit."""
+    if rig is not None and (case is None or quick):
+        rule = "must be given with a case that is simulated"
+        raise InputError.of("rig", "given", rule, "Give the case, without quick, or leave it out")
+    built = load_rig(rig)
+    if case is not None and not quick:
+        placements(built, case)
+    return built
+
+
+def _machine(case: Case | None, teeth: str | None, bearings: str | Sequence[str]) -> Machine:
     if case is not None and teeth is not None:
         raise InputError.of("teeth", teeth, "must not be given with a case, which has them", "Leave one out")
     given = (bearings,) if isinstance(bearings, str) else tuple(bearings)
     if case is not None:
-        machine = machine_of_case(case if isinstance(case, Case) else load_case(case))
+        machine = machine_of_case(case)
     elif teeth is not None:
         machine = machine_of_teeth(teeth)
     elif given:
@@ -286,6 +337,7 @@ def _dataset(
     named: Sequence[NamedLine],
     old: dict[tuple[str, str], float],
     shown: dict[str, Any],
+    checks: Checks,
 ) -> xr.Dataset:
     """Return the dataset of a diagnosis."""
     import xarray as xr
@@ -336,8 +388,29 @@ def _dataset(
     }
     attributes = {
         "title": source, "channel": channel.name, "gearplay_version": VERSION, "Conventions": "CF-1.11",
-        "summary": summary(every, result.speed), "told": int(told), "stated_confidence": TOLD,
-        "cannot_be_told": json.dumps(doubts(machine, result, every, before)),
+        "summary": " ".join(filter(None, (summary(every, result.speed), checks.conclusion))), "told": int(told), "stated_confidence": TOLD,
+        "cannot_be_told": json.dumps(doubts(machine, result, every, before, checks)),
         "speed_source": result.speed.source, "envelope_low": float(shown["low"]), "envelope_high": float(shown["high"]),
     }  # fmt: skip
+    if checks.record is not None:
+        variables |= _check_variables(checks, column, words_of)
+        coordinates["check"] = ("check", texts([row.name for row in checks.rows]), {"long_name": "simulated cause"})
+        coordinates["feature"] = ("feature", texts(checks.features), {"long_name": "feature"})
     return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+
+
+def _check_variables(checks: Checks, column: Any, words_of: Any) -> dict[str, Any]:
+    """Return the variables of the simulated causes."""
+    results = [row.result for row in checks.rows]
+    return {
+        "check_deviation": column("check", np.array([r.deviation for r in results]),
+                                  "root mean square deviation of the features over spread and allowed error"),
+        "check_spread": column("check", np.array([r.spread for r in results]), "standard error of the deviation"),
+        "check_alike": column("check", np.array([int(r.alike) for r in results]), "1 where no cause agrees better than by chance"),
+        "check_level": words_of("check", [row.level for row in checks.rows], "severity of best agreement"),
+        "check_hypothesis": words_of("check", [row.hypothesis for row in checks.rows], "hypothesis that it stands for"),
+        "feature_record": column("feature", checks.record, "decimal logarithm of the feature of the record"),
+        "feature_spread": column("feature", checks.spread, "its standard deviation over simulated records"),
+        "feature_simulated": (("check", "feature"), np.array([r.expected for r in results]),
+                              {"units": "1", "long_name": "decimal logarithm of the feature at best agreement"}),
+    }  # fmt: skip
