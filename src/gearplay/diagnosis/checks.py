@@ -15,6 +15,7 @@ from gearplay.diagnosis.comparison import AGREES, Deviation, compared
 from gearplay.diagnosis.features import background, features_of
 from gearplay.diagnosis.hypotheses import Hypothesis
 from gearplay.diagnosis.machine import Machine
+from gearplay.diagnosis.shaft_speed import FoundSpeed
 from gearplay.diagnosis.simulated_records import Simulated, Simulations, at_speed, length_of, loads_of
 from gearplay.diagnosis.suspects import AS_IT_IS, WORN, Suspect, suspects_of
 from gearplay.files.record import Channel
@@ -73,8 +74,8 @@ def checked(
     case: Case,
     rig: Rig,
     machine: Machine,
-    speed: float,
-    healthy_speed: float,
+    speed: FoundSpeed,
+    healthy_speed: FoundSpeed,
     every: Sequence[Hypothesis],
     *,
     members: int,
@@ -84,14 +85,16 @@ def checked(
 ) -> Checks:
     """Return the agreement of a record with simulated ones of the likeliest hypotheses, of wear, and of the case as it is.
 
-    ``speed`` is that of the first shaft [Hz]. With a healthy record changes against it are compared, with those that the
+    ``speed`` is that of the first shaft. With a healthy record changes against it are compared, with those that the
     simulations show against the case as it is.
     """
     factor = _acceleration(record.unit)
     taken = _in_si(record, factor)
-    duration = length_of(machine, speed, min(taken.duration, healthy.duration if healthy else math.inf))
+    duration = length_of(
+        machine, speed.frequency, min(taken.duration, healthy.duration if healthy else math.inf)
+    )
     assert machine.speed is not None, "of a case"
-    turned, found = at_speed(case, speed / machine.speed)
+    turned, found = at_speed(case, speed.frequency / machine.speed)
     said = [] if found else ["The drive of the case has no constant speed: it is simulated as it is."]
     likely = [h for h in every if h.kind != "none" and h.confidence >= POSSIBLE][:CHECKED]
     suspects, left = suspects_of(turned, machine, likely, loads_of(turned, stop))
@@ -116,7 +119,7 @@ def checked(
         before = _pieces(sound, machine, healthy_speed, duration, levels=factor is not None)
     if factor is None:
         said.append(
-            f"The record has the unit {record.unit or 'none'}, which is no acceleration: its levels are not compared with the case."
+            f"The record's unit, {record.unit or 'none'}, is no acceleration: its levels are not compared with the case."
         )
     return _weighed(suspects, rows, members, pieces, before, [*left, *said])
 
@@ -139,7 +142,9 @@ def _collector(rig: Rig, sampling: float) -> Any:
     return Rig.model_validate({"collector": given}).collector
 
 
-def _pieces(channel: Channel, machine: Machine, speed: float, duration: float, *, levels: bool) -> list[dict[str, float]]:
+def _pieces(
+    channel: Channel, machine: Machine, speed: FoundSpeed, duration: float, *, levels: bool
+) -> list[dict[str, float]]:
     """Return the features of the pieces of a record, each as long as a simulated one."""
     size = min(channel.size, round(duration * channel.sampling))
     count = min(PIECES, channel.size // size)
@@ -176,13 +181,21 @@ def _weighed(
     tables = [s.features or {} for group in groups for level in group for s in level]
     names = [n for n in pieces[0] if all(n in table for table in (*tables, *pieces, *(before or ())))]
     record = np.array([[table[n] for n in names] for table in pieces])
-    causes = [np.array([[[(s.features or {})[n] for n in names] for s in level] for level in group]) for group in groups]
+    causes = [
+        np.array([[[(s.features or {})[n] for n in names] for s in level] for level in group])
+        for group in groups
+    ]
     if before is not None:
-        change = np.mean(causes[0], axis=(0, 1)) - np.mean([[table[n] for n in names] for table in before], axis=0)
+        change = np.mean(causes[0], axis=(0, 1)) - np.mean(
+            [[table[n] for n in names] for table in before], axis=0
+        )
         record = record + change
     found = compared(record, causes)
     every = sorted(
-        (Check(s.name, s.kind, s.hypothesis, _level(s, d.place), d) for s, d in zip(kept, found, strict=True)),
+        (
+            Check(s.name, s.kind, s.hypothesis, _level(s, d.place), d)
+            for s, d in zip(kept, found, strict=True)
+        ),
         key=lambda row: (row.result.deviation, row.name),
     )
     spread = np.sqrt(np.mean(np.concatenate([np.var(c, axis=1, ddof=1) for c in causes]), axis=0))
@@ -194,8 +207,11 @@ def _level(suspect: Suspect, place: float) -> str:
     """Return the severity at a place between levels in words, empty where there is none."""
     if not suspect.sizes:
         return ""
-    sizes = [0.0 if suspect.hypothesis else suspect.sizes[0] / WORN[0], *suspect.sizes]
-    return f"{suspect.quantity} {1e6 * float(np.interp(place, range(len(sizes)), sizes)):.3g} um"
+    sizes = np.log([suspect.sizes[0] / WORN[0], *suspect.sizes])
+    size = math.exp(float(np.interp(place, range(sizes.size), sizes)))
+    if suspect.hypothesis and place < 1.0:  # a fault begins at nothing
+        size = place * suspect.sizes[0]
+    return f"{suspect.quantity} {1e6 * size:.3g} um"
 
 
 def _conclusion(rows: Sequence[Check]) -> tuple[str, list[str]]:
@@ -209,7 +225,10 @@ def _conclusion(rows: Sequence[Check]) -> tuple[str, list[str]]:
         )
     sound = next(row for row in rows if row.kind == "none")
     if sound.result.alike:
-        return f"Simulated records of the case as it is agree with it, {_of(sound)}: no simulated cause is needed.", []
+        return (
+            f"Simulated records of the case as it is agree with it, {_of(sound)}: no simulated cause is needed.",
+            [],
+        )
     if len(alike) > 1:
         names = " and ".join(f"{_named(row)}, {_of(row)}" for row in alike)
         return f"Simulated records explain it alike: {names}.", [

@@ -43,6 +43,11 @@ class Deviation:
 def compared(record: Floats, causes: Sequence[Floats]) -> list[Deviation]:
     """Return the deviation of each cause; the first has one level, the case as it is.
 
+    With r the record's mean, m(s) the mean of a cause at severity s, linear between levels, z = (r - m) / sqrt(v (1/p + 1/n) +
+    a^2), v the variance over members pooled over all causes, n members, p pieces, a = `ALLOWED`. The deviation is the root of the
+    mean of Huber's loss 2 rho(z), z^2 up to `LARGE`, at the severity where it is least. Two causes are alike where the sums of
+    squares differ by less than `ODDS` or twice the standard error of their difference, a jackknife over members and pieces.
+
     Parameters
     ----------
     record
@@ -51,12 +56,6 @@ def compared(record: Floats, causes: Sequence[Floats]) -> list[Deviation]:
         Features of the simulated records of each cause, shape [level, member, feature]; those of the case as it is first, with
         one level, where the severity of each of the others begins. All finite.
 
-    Notes
-    -----
-    With r the record's mean, m(s) the mean of a cause at severity s, linear between levels, z = (r - m) / sqrt(v (1/p + 1/n) +
-    a^2), v the variance over members pooled over all causes, n members, p pieces, a = `ALLOWED`. The deviation is the root of the
-    mean of Huber's loss 2 rho(z), z^2 up to `LARGE`, at the severity where it is least. Two causes are alike where the sums of
-    squares differ by less than `ODDS` or twice the standard error of their difference, a jackknife over members and pieces.
     """
     members = causes[0].shape[1]
     variance = _pooled(causes)
@@ -66,7 +65,11 @@ def compared(record: Floats, causes: Sequence[Floats]) -> list[Deviation]:
     squares = np.array([each[0] for each in best])
     folds = [
         *(_fold(record, [np.delete(each, k, axis=1) for each in causes], weight) for k in range(members)),
-        *(_fold(np.delete(record, k, axis=0), causes, weight) for k in range(record.shape[0]) if record.shape[0] > 1),
+        *(
+            _fold(np.delete(record, k, axis=0), causes, weight)
+            for k in range(record.shape[0])
+            if record.shape[0] > 1
+        ),
     ]
     groups = [folds[:members], folds[members:]]
     lead = int(np.argmin(squares))

@@ -15,7 +15,9 @@ def doubts(
     machine: Machine, found: Measures, every: Sequence[Hypothesis], healthy: Measures | None, checks: Checks
 ) -> list[str]:
     """Return the questions that the record, and simulated ones, cannot decide, a sentence each."""
-    first = [] if checks.told is not None and checks.told.kind == every[0].kind else _first(machine, found, every)
+    first = (
+        [] if checks.told is not None and checks.told.kind == every[0].kind else _first(machine, found, every)
+    )
     said = [*_speed(machine, found), *_gears(machine, found), *first, *checks.doubts]
     if not machine.bearings:
         said.append("Bearings cannot be told: no geometry of one is given.")

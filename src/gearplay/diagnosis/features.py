@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -24,33 +25,36 @@ QUIET: Final = 0.1
 """Share of the spectrum's floor that lies below the background noise."""
 
 
-def features_of(channel: Channel, machine: Machine, speed: float, *, levels: bool) -> dict[str, float]:
-    """Return the features [decades] of a record whose first shaft turns at ``speed`` [Hz]; without ``levels`` relative ones."""
+def features_of(channel: Channel, machine: Machine, speed: FoundSpeed, *, levels: bool) -> dict[str, float]:
+    """Return the features [decades] of a record at the speed of the first shaft; without ``levels`` relative ones alone.
+
+    Where the speed is not known there are none of its lines, gears and teeth in mesh.
+    """
     x = channel.values - np.mean(channel.values)
     taken = Channel(channel.name, x, channel.sampling, channel.unit)
-    found = measured(taken, machine, FoundSpeed(speed, 1e-9 * speed, "measured"))
+    found = measured(taken, machine, speed)
     rms = math.sqrt(float(np.mean(x * x)))
     values = {"level": math.log10(max(rms, 1e-30))} if levels else {}
     return values | _spectrum(taken, machine, speed, rms) | _indices(machine, found)
 
 
-def _spectrum(channel: Channel, machine: Machine, speed: float, rms: float) -> dict[str, float]:
+def _spectrum(channel: Channel, machine: Machine, speed: FoundSpeed, rms: float) -> dict[str, float]:
     """Return the levels of bands and mesh harmonics over that of the whole record."""
     spectrum = amplitude_spectrum(channel.values, channel.sampling)
     power, df = spectrum.amplitude**2, spectrum.resolution
     total = float(np.sum(power))
     if total <= 0.0 or rms <= 0.0:
         return {}
-    lowest = max(0.5 * min(shaft.order for shaft in machine.shafts) * speed, 2.0 * df)
+    lowest = max(0.5 * min(shaft.order for shaft in machine.shafts) * speed.frequency, 2.0 * df)
     edges = np.geomspace(lowest, TOP * channel.sampling, BANDS + 1)
     values: dict[str, float] = {}
-    for k, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for k, (low, high) in enumerate(pairwise(edges.tolist())):
         inside = power[math.ceil(low / df) : math.ceil(high / df)]
         if inside.size:
             values[f"band {k + 1}"] = 0.5 * math.log10(max(float(np.sum(inside)) / total, 1e-12))
-    for mesh in machine.meshes:
+    for mesh in machine.meshes if speed.known else ():
         for h in (1, 2, 3):
-            at = round(h * mesh.order * speed / df)
+            at = round(h * mesh.order * speed.frequency / df)
             if 3 <= at < min(power.size - 3, TOP * channel.sampling / df):
                 line = float(np.sum(power[at - 2 : at + 3]))
                 values[f"{h} x {mesh.name}"] = 0.5 * math.log10(max(line / total, 1e-12))
@@ -63,7 +67,7 @@ def _indices(machine: Machine, found: Measures) -> dict[str, float]:
         "mesh period": math.log10(found.waveform),
         "rest": 0.5 * math.log10(max(found.rest_share, 1e-12)),
     }
-    for mesh, comb in zip(machine.meshes, found.mesh, strict=True):
+    for mesh, comb in zip(machine.meshes, found.mesh, strict=True) if found.speed.known else ():
         values[f"comb of {mesh.name}"] = math.log10(1.0 + comb.height)
         values[f"depth at {mesh.name}"] = math.log10(0.01 + comb.depth)
     for k, gear in found.gears.items():

@@ -203,7 +203,9 @@ def machine_of_case(case: Case) -> Machine:
         others |= {f"{word} of {name}": f / speed for word, f in found_set.orders().items()
                    if word.startswith(("carrier", "mesh "))}  # fmt: skip
     bearings = tuple(
-        Bearing(f"bearing of {name}", turning.index(name), BearingOrders(o.cage, o.outer, o.inner, o.spin), name)
+        Bearing(
+            f"bearing of {name}", turning.index(name), BearingOrders(o.cage, o.outer, o.inner, o.spin), name
+        )
         for name, each in case.bearings.items()
         if name in turning and each.on is None and each.rotor_ring == "inner" and (o := each.orders)
     )

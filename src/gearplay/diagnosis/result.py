@@ -69,7 +69,10 @@ class Diagnosis(OfDataset):
         ds = self.dataset
         if "check" not in ds.coords:
             return []
-        columns = [ds[name].values for name in ("check", "check_level", "check_hypothesis", "check_deviation", "check_spread")]
+        columns = [
+            ds[name].values
+            for name in ("check", "check_level", "check_hypothesis", "check_deviation", "check_spread")
+        ]
         rows = zip(*columns, ds["check_alike"].values, strict=True)
         return [
             {"name": str(name), "level": str(level), "hypothesis": str(hypothesis), "deviation": float(deviation),

@@ -13,6 +13,7 @@ import numpy as np
 
 from gearplay.diagnosis.features import background, features_of
 from gearplay.diagnosis.machine import Machine
+from gearplay.diagnosis.shaft_speed import FoundSpeed
 from gearplay.files.record import Channel
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
@@ -50,9 +51,9 @@ def length_of(machine: Machine, speed: float, duration: float) -> float:
 def at_speed(case: Case, ratio: float) -> tuple[Case, bool]:
     """Return a case with its driven speeds times a ratio, and whether there was one."""
     changes = {
-        f"rotors.{name}.drive.speed": rotor.drive.speed * ratio
+        f"rotors.{name}.drive.speed": speed * ratio
         for name, rotor in case.rotors.items()
-        if rotor.drive is not None and isinstance(getattr(rotor.drive, "speed", None), float)
+        if isinstance(speed := getattr(rotor.drive, "speed", None), float)
     }
     return (replace(case, changes) if changes else case), bool(changes)
 
@@ -83,7 +84,7 @@ class Simulations:
     rig: Rig
     sensor: str
     machine: Machine
-    speed: float
+    speed: FoundSpeed
     duration: float
     noise: float
     levels: bool
@@ -93,7 +94,9 @@ class Simulations:
         variant, member = divmod(job, self.members)
         try:
             case = replace(self.case, self.variants[variant])
-            taken = measure(case, self.rig, duration=self.duration, member=1 + member, seed=1 + variant, stop=stop)
+            taken = measure(
+                case, self.rig, duration=self.duration, member=1 + member, seed=1 + variant, stop=stop
+            )
         except KeyboardInterrupt:
             return []
         except GearplayError as error:

@@ -76,13 +76,17 @@ def _faults(case: Case, machine: Machine, h: Hypothesis, loads: Mapping[str, flo
     """Yield the faults that a hypothesis may be."""
     before = [fault.model_dump(mode="json") for fault in case.faults]
 
-    def made(name: str, kind: str, field: str, quantity: str, sizes: Sequence[float], **fixed: Any) -> Suspect:
+    def made(
+        name: str, kind: str, field: str, quantity: str, sizes: Sequence[float], **fixed: Any
+    ) -> Suspect:
         levels = [{"faults": [*before, {"kind": kind, **fixed, field: size}]} for size in sizes]
         return Suspect(name, h.kind, h.name, quantity, tuple(sizes), tuple(levels))
 
     if h.kind in ("tooth", "eccentric"):
         gear = machine.gears[h.place]
-        meshes = [m for m in case.meshes if gear.name in (full_name(case, m.driver), full_name(case, m.driven))]
+        meshes = [
+            m for m in case.meshes if gear.name in (full_name(case, m.driver), full_name(case, m.driven))
+        ]
         if not meshes:
             return
         module = meshes[0].module
@@ -94,7 +98,15 @@ def _faults(case: Case, machine: Machine, h: Hypothesis, loads: Mapping[str, flo
                 sizes = [share * module for share in CRACKS]
                 yield made(f"crack of a tooth of {gear.name}", "crack", "depth", "depth", sizes, at=gear.name)
             sizes = [share * module for share in SPALLS]
-            yield made(f"spall on a tooth of {gear.name}", "spall", "depth", "depth", sizes, at=gear.name, flank="both")
+            yield made(
+                f"spall on a tooth of {gear.name}",
+                "spall",
+                "depth",
+                "depth",
+                sizes,
+                at=gear.name,
+                flank="both",
+            )
     elif h.kind in PARTS and h.kind != "cage":
         bearing = machine.bearings[h.place]
         rotor = bearing.rotor
@@ -123,7 +135,9 @@ def _wear(case: Case) -> Iterator[Suspect]:
             name = f"worn flanks of {mesh.label}" if len(case.meshes) > 1 else "worn flanks"
             levels = tuple({f"meshes.{j}.backlash": size} for size in sizes)
             yield Suspect(name, "rattle", "", "backlash", sizes, levels)
-    bushes = [(name, each.radial_clearance) for name, each in case.sleeves.items() if each.radial_clearance > 0.0]
+    bushes = [
+        (name, each.radial_clearance) for name, each in case.sleeves.items() if each.radial_clearance > 0.0
+    ]
     for name, now in bushes[:MOST_BUSHES]:
         sizes = tuple(factor * now for factor in WORN)
         levels = tuple({f"sleeves.{name}.radial_clearance": size} for size in sizes)
