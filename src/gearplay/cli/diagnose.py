@@ -31,7 +31,8 @@ def diagnose(
     speed: Annotated[
         str | None,
         typer.Option(
-            "--speed", help='Speed of the first shaft, within 2 %: "1797 rpm", a channel or a scalar.'
+            "--speed",
+            help='Speed of the first shaft, within 2 %: "1797 rpm", a channel, a scalar, or a file of speeds.',
         ),
     ] = None,
     pulses: Pulses = None,

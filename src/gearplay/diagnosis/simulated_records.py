@@ -28,7 +28,7 @@ TURNS: Final = 24
 """Turns of the first shaft in a simulated record."""
 SLOWEST: Final = 12
 """Turns of the slowest shaft, so that averages over its turn are compared too."""
-LEAST: Final = 1.0
+LEAST: Final = 0.5
 """Least length of a simulated record [s], where the measured one is as long."""
 LONGEST: Final = 8.0
 """Greatest length of a simulated record [s]."""
