@@ -20,7 +20,7 @@ def features(values: np.ndarray, speed: float) -> list[float]:
 
 
 def main(folder: str) -> None:
-    """Print the share of test records with the right class, and the confusion, for each load and backlash."""
+    """Print the confusion of the test records, drives not trained with, for each speed and backlash."""
     os.chdir(folder)
     table = np.genfromtxt("labels.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     x = np.array([features(np.load(p)[0], w) for p, w in zip(table["path"], table["speed"], strict=True)])
@@ -30,13 +30,13 @@ def main(folder: str) -> None:
     apart = np.linalg.norm(x[:, None, :] - x[None, train, :], axis=2)
     nearest = classes[train][np.argsort(apart, axis=1)[:, :NEIGHBOURS]]
     guess = np.argmax([np.sum(nearest == c, axis=1) for c in range(len(LABELS))], axis=0)
-    print(f"{'torque':>8}{'backlash':>10}{'true':>8}" + "".join(f"{label:>8}" for label in LABELS))
-    for torque in np.unique(table["torque"])[::-1]:
+    print(f"{'speed':>8}{'backlash':>10}{'true':>8}" + "".join(f"{label:>8}" for label in LABELS))
+    for ripple in np.unique(table["ripple"]):
         for backlash in np.unique(table["backlash"]):
             for c, label in enumerate(LABELS):
-                here = test & (table["torque"] == torque) & (table["backlash"] == backlash) & (classes == c)
+                here = test & (table["ripple"] == ripple) & (table["backlash"] == backlash) & (classes == c)
                 counts = "".join(f"{np.sum(guess[here] == each):>8}" for each in range(len(LABELS)))
-                print(f"{torque:>4g} N m{1e6 * backlash:>7.0f} um{label:>8}{counts}")
+                print(f"{'ripples' if ripple else 'steady':>8}{1e6 * backlash:>7.0f} um{label:>8}{counts}")
 
 
 if __name__ == "__main__":

@@ -99,3 +99,15 @@ def test_features__of_a_modulated_mesh() -> None:
     gear = machine.gears[0].name
     assert one[f"modulation of {gear}"] == pytest.approx(math.log10(0.01 + 0.3), abs=0.01)
     assert "level" not in features_of(Channel("a", x, 20_000.0), machine, SPEED, levels=False)
+
+
+def test_modulation__of_a_mesh_line_lost_in_noise_is_none() -> None:
+    """Sidebands as large as their line are a modulation only where that line stands out of the noise."""
+    machine, t = machine_of_teeth("20:41"), np.arange(40_000) / 20_000.0
+    noise = np.random.default_rng(6).standard_normal(t.size)
+    for height, least, most in ((0.0, -2.0, -2.0), (5.0, -0.2, 0.2)):
+        lines = sum(
+            height * a * np.cos(2.0 * np.pi * f * t) for f, a in ((475.0, 0.5), (500.0, 1.0), (525.0, 0.5))
+        )
+        found = features_of(Channel("a", noise + lines, 20_000.0), machine, SPEED, levels=False)
+        assert least <= found[f"modulation of {machine.gears[0].name}"] <= most

@@ -34,7 +34,7 @@ def analyze(
         str | None,
         typer.Option(
             "--speed",
-            help='Shaft speed for orders: "120 rpm", a channel or a scalar of the file (X097RPM, "rate Hz"), or a file of speeds.',
+            help='Shaft speed for orders: "120 rpm", a channel or a scalar of the file (X097RPM, "rate Hz"), a file of speeds.',
         ),
     ] = None,
     pulses: Pulses = None,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gearplay.diagnosis.comparison import AGREES, Deviation, compared
 from gearplay.diagnosis.features import background, features_of
-from gearplay.diagnosis.hypotheses import Hypothesis
+from gearplay.diagnosis.hypotheses import ALIKE, Hypothesis
 from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.shaft_speed import FoundSpeed
 from gearplay.diagnosis.simulated_records import Simulated, Simulations, at_speed, length_of, loads_of
@@ -122,6 +122,21 @@ def checked(
             f"The record's unit, {record.unit or 'none'}, is no acceleration: its levels are not compared with the case."
         )
     return _weighed(suspects, rows, members, pieces, before, [*left, *said])
+
+
+def revised(every: Sequence[Hypothesis], checks: Checks) -> list[Hypothesis]:
+    """Return the hypotheses with at most `ALIKE` as the confidence of those that the simulations do not support.
+
+    These are where a simulated cause agrees with the record: hypotheses further off than that one, and, where the case as it is
+    agrees alike, all that were simulated.
+    """
+    if not checks.rows or checks.rows[0].result.deviation > AGREES:
+        return list(every)
+    alike = [row for row in checks.rows if row.result.alike]
+    supported = set() if any(row.kind == "none" for row in alike) else {row.hypothesis for row in alike}
+    doubtful = {row.hypothesis for row in checks.rows} - supported
+    found = [replace(h, confidence=min(h.confidence, ALIKE)) if h.name in doubtful else h for h in every]
+    return sorted(found, key=lambda h: -h.confidence)
 
 
 def _acceleration(unit: str) -> float | None:
