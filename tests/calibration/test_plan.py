@@ -44,6 +44,24 @@ def test_a_scaled_parameter_multiplies_what_each_condition_has() -> None:
     assert found == pytest.approx([150e-6, 300e-6])
 
 
+def test_models_free_parameters_of_their_own() -> None:
+    """A worn bush or worn teeth: each model moves its own clearance, the other stays as on the drawing."""
+    bush = {"name": "bush", "path": "sleeves.ring.radial_clearance", "low": "100 um", "high": "400 um"}
+    teeth = {"name": "teeth", "path": "meshes.0.backlash", "low": "100 um", "high": "400 um"}
+    models = [{"name": "worn bush", "parameters": ["bush"]}, {"name": "worn teeth", "parameters": ["teeth"]}]
+    plan = small_plan(parameters=[bush, teeth], models=models)
+    found = {}
+    for model in plan.models:
+        problem = Problem(plan, model)
+        assert len(problem.bounds) == 1
+        (case, *_) = problem.cases_at(problem.values([0.5]))
+        found[model.name] = (case.sleeves["ring"].radial_clearance, case.meshes[0].backlash)
+    assert found == {
+        "worn bush": pytest.approx((200e-6, 100e-6)),
+        "worn teeth": pytest.approx((100e-6, 200e-6)),
+    }
+
+
 def test_scales() -> None:
     assert to_value(0.25, 1e-4, 1e4, "log") == pytest.approx(1e-2)
     assert to_value(1.0, 2.0, 4.0, "linear") == 4.0

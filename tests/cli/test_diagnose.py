@@ -85,6 +85,39 @@ def test_tacho__a_channel_of_pulses(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert found["hypotheses"][0]["name"] == "damaged tooth on gear 1 (23 teeth)"
 
 
+@pytest.mark.parametrize("ending", ["csv", "mat", "h5", "wav", "tdms", "npy"])
+def test_a_record_of_any_format__with_a_table_of_speeds(
+    ending: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The shaft slows down by a tenth: without the speeds of the other file no tooth stands out."""
+    rate, n = 10_000.0, 60_000
+    time = np.arange(n) / rate
+    speed = 25.0 * (1.0 - 0.1 * time / time[-1])
+    angle = 2.0 * np.pi * np.cumsum(speed) / rate
+    off = (angle - 1.0 + np.pi) % (2.0 * np.pi) - np.pi
+    x = (1.0 - 0.5 * np.exp(-((off * 23 / 3.0) ** 2))) * (np.cos(23 * angle) + 0.4 * np.cos(46 * angle))
+    x += 0.1 * np.random.default_rng(0).standard_normal(n)
+    record = tmp_path / f"bench.{ending}"
+    if ending == "npy":
+        np.save(record, x)
+    elif ending == "tdms":
+        from nptdms import ChannelObject, TdmsWriter
+
+        with TdmsWriter(record) as writer:
+            about = {"wf_increment": 1.0 / rate, "wf_start_offset": 0.0, "unit_string": "m/s^2"}
+            writer.write_segment([ChannelObject("run", "acc", x, about)])
+    else:
+        gp.write_record(gp.Record((gp.Channel("acc", x, rate, "m/s^2"),)), record)
+    rows = "".join(f"{t:.2f},{60.0 * v:.6f}\n" for t, v in zip(time[::100], speed[::100], strict=True))
+    (tmp_path / "speeds.csv").write_text(f"time [s],speed [rpm]\n{rows}")
+    given = ["--teeth", "23:61", "--speed", str(tmp_path / "speeds.csv")]
+    given += ["--sampling", "10kHz"] if ending == "npy" else []
+    found = document(capsys, record, *given)
+    assert found["speed_source"] == "measured"
+    assert found["shaft_speed"] == pytest.approx(23.75, rel=2e-3)
+    assert found["hypotheses"][0]["name"] == "damaged tooth on gear 1 (23 teeth)"
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import gearplay as gp
@@ -42,6 +43,7 @@ VERBS: dict[str, list[str]] = {
     "modes": ["modes", "two-stage-reducer", "--out", "out.nc"],
     "portrait": ["portrait", "han2021", "--keep", "20000", "--out", "out.png"],
     "analyze": ["analyze", "run.nc", "--channel", "ring.ax"],
+    "diagnose": ["diagnose", "bench.h5", "--case", "han2021", "--members", "64"],
     "export": ["export", "run.nc", "--out", "out.nc"],
     "validate": ["validate"],
     "wear": [
@@ -70,7 +72,6 @@ SHORT = {
     *(
         "check",
         "copy",
-        "diagnose",
         "export_fmu",
         "import_",
         "load_sharing",
@@ -91,6 +92,8 @@ def test_every_verb_is_tried_or_short() -> None:
 def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("result") / "run.nc"
     gp.simulate("han2021", duration=0.3).save(path)
+    noise = gp.Channel("acc", np.random.default_rng(0).standard_normal(12_000), 2000.0, "m/s^2")
+    gp.write_record(gp.Record((noise,)), path.parent / "bench.h5")
     return path
 
 
@@ -114,7 +117,8 @@ def begun(words: list[str], folder: Path) -> "subprocess.Popen[str]":
 @pytest.mark.parametrize("verb", VERBS)
 def test_ctrl_c_ends_a_verb_with_one_sentence(verb: str, turn: int, tmp_path: Path, result: Path) -> None:
     rng = random.Random(f"{verb} {turn}")
-    (tmp_path / "run.nc").symlink_to(result)
+    for name in ("run.nc", "bench.h5"):
+        (tmp_path / name).symlink_to(result.parent / name)
     with begun(VERBS[verb], tmp_path) as process:
         try:
             time.sleep(rng.uniform(0.0, LONGEST))

@@ -34,7 +34,7 @@ def analyze(
         str | None,
         typer.Option(
             "--speed",
-            help='Shaft speed for orders: "120 rpm", a channel, or a scalar of the file: X097RPM, "rate Hz".',
+            help='Shaft speed for orders: "120 rpm", a channel or a scalar of the file (X097RPM, "rate Hz"), a file of speeds.',
         ),
     ] = None,
     pulses: Pulses = None,
@@ -162,11 +162,17 @@ def units_of(given: Sequence[str]) -> dict[str, str]:
 
 
 def speed_of(held: Any, speed: str | None, pulses: int | None) -> Any:
-    """Return a speed [rad/s]: a quantity, a scalar of the file, or a channel of speeds, angles or pulses."""
+    """Return a speed [rad/s]: a quantity, a scalar of the file, or a channel of speeds, angles or pulses, of it or of another."""
     from gearplay.schema.units import UnitError, parse_quantity
     from gearplay.vocabulary.errors import InputError
     from gearplay.vocabulary.quantities import ANGULAR_SPEED
 
+    if speed is not None and speed not in held.names and Path(speed).is_file():
+        from gearplay.files.measurements import read_measurement
+        from gearplay.signals.angle import angle_from_tacho
+
+        channel = read_measurement(Path(speed)).channel()
+        return channel if pulses is None else angle_from_tacho(channel, pulses)
     if pulses is not None and speed not in held.names:
         cure = f"Channels: {', '.join(held.names[:12])}"
         raise InputError.of("--speed", speed, "must name the channel of the pulses", cure)

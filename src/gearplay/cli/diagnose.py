@@ -31,7 +31,8 @@ def diagnose(
     speed: Annotated[
         str | None,
         typer.Option(
-            "--speed", help='Speed of the first shaft, within 2 %: "1797 rpm", a channel or a scalar.'
+            "--speed",
+            help='Speed of the first shaft, within 2 %: "1797 rpm", a channel, a scalar, or a file of speeds.',
         ),
     ] = None,
     pulses: Pulses = None,
@@ -45,6 +46,15 @@ def diagnose(
         str | None, typer.Option("--sampling", help="Sampling rate of a file without one: 12kHz.")
     ] = None,
     units: Units = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Simulate nothing: hypotheses from the record alone.")
+    ] = False,
+    rig: Annotated[
+        Path | None, typer.Option("--rig", help="Rig file of the record, for its simulated ones.")
+    ] = None,
+    members: Annotated[
+        int, typer.Option("--members", min=2, max=64, help="Simulated records of each cause and severity.")
+    ] = 3,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder of result and picture; none by default.")
     ] = None,
@@ -53,10 +63,13 @@ def diagnose(
 ) -> None:
     """Name the lines of a record and rank what may be wrong.
 
-    Each hypothesis comes with its evidence in figures and a confidence; what the record cannot decide is said.
+    Each hypothesis comes with its evidence in figures and a confidence; what the record cannot decide is said. With --case the
+    hypotheses, worn flanks and worn bushes are simulated and compared with the record.
     """
     import gearplay as gp
     from gearplay.cli.analyze import record_in, speed_of, units_of
+    from gearplay.cli.interrupts import interruptible
+    from gearplay.cli.progress import progress_bar
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.files.json_text import finite
     from gearplay.pictures.canvas import to_png
@@ -70,15 +83,21 @@ def diagnose(
     name = channel or usual
     turning = speed_of(held, speed, pulses)
     sound = None if healthy is None else record_in(healthy, rate, units_of(units or ()))[0]
-    found = gp.diagnose(
-        held,
-        case=case,
-        teeth=teeth,
-        bearings=list(bearings or ()),
-        speed=turning,
-        healthy=sound,
-        channel=name,
-    )
+    with interruptible() as stop, progress_bar(quiet=json) as report:
+        found = gp.diagnose(
+            held,
+            case=case,
+            teeth=teeth,
+            bearings=list(bearings or ()),
+            speed=turning,
+            healthy=sound,
+            channel=name,
+            quick=quick,
+            rig=rig,
+            members=members,
+            progress=report,
+            stop=stop,
+        )
     if out is not None:
         drawn = to_png(found.plot())
         found.save(files[0], overwrite=overwrite)
@@ -101,6 +120,7 @@ def _document(found: Any, files: list[Path]) -> dict[str, Any]:
         "shaft_speed_uncertainty": float(found.ds["shaft_speed_uncertainty"]),
         "speed_source": found.ds.attrs["speed_source"],
         "hypotheses": found.hypotheses(),
+        "checks": found.checks(),
         "cannot_be_told": found.cannot_be_told,
         "indices": found.indices(),
         "lines": found.lines(),
@@ -118,6 +138,9 @@ def _words(found: Any) -> list[str]:
             f"          {e['words']}: {e['value']:.3g} (counts from {e['threshold']:.3g})"
             for e in each["evidence"]
         ]
+    if found.checks():
+        rows.append("simulated records of the case, deviation over spread and allowed error:")
+        rows += [_check(each) for each in found.checks()]
     rows += (
         ["cannot be told:", *(f"  {sentence}" for sentence in found.cannot_be_told)]
         if found.cannot_be_told
@@ -136,6 +159,12 @@ def _words(found: Any) -> list[str]:
         against = f" (healthy {index['healthy']:.4g})" if index["healthy"] == index["healthy"] else ""
         rows.append(f"  {index['name']}: {index['value']:.4g}{against}")
     return rows
+
+
+def _check(each: dict[str, Any]) -> str:
+    level = f", {each['level']}" if each["level"] else ""
+    alike = "" if each["alike"] else " (further off than chance)"
+    return f"  {each['deviation']:.2f} ± {each['spread']:.2f}  {each['name']}{level}{alike}"
 
 
 def _line(line: dict[str, Any], unit: str) -> str:

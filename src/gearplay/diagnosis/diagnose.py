@@ -2,34 +2,36 @@
 
 from __future__ import annotations
 
-import json
-import math
-from collections.abc import Sequence
+import os
+import threading
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from gearplay.diagnosis.doubts import doubts
-from gearplay.diagnosis.hypotheses import HEALTHY, TOLD, Hypothesis, gear_rows, ranked
+from gearplay.diagnosis.checks import Checks, checked, revised
+from gearplay.diagnosis.dataset import dataset_of
+from gearplay.diagnosis.hypotheses import Hypothesis, ranked
 from gearplay.diagnosis.machine import Machine, Shaft, machine_of_case, machine_of_teeth
 from gearplay.diagnosis.measures import PARTS, Measures, measured
 from gearplay.diagnosis.named_lines import NamedLine, named_envelope, named_spectrum
-from gearplay.diagnosis.result import Diagnosis, texts
+from gearplay.diagnosis.result import Diagnosis
 from gearplay.diagnosis.shaft_speed import FoundSpeed, found_speed
 from gearplay.files.record import Channel, Record
 from gearplay.model.case import Case
 from gearplay.model.reading import Source, load_case
 from gearplay.results.spectra import amplitude_spectrum
+from gearplay.rig.plan import Rig, load_rig, placements
 from gearplay.signals.angle import ShaftAngle
 from gearplay.signals.averaging import averaged_spectrum
 from gearplay.signals.checks import TWO_PI, check_channel
 from gearplay.signals.envelopes import envelope
 from gearplay.signals.resampling import resampled
 from gearplay.vocabulary.errors import InputError
-from gearplay.vocabulary.version import VERSION
+from gearplay.vocabulary.progress import Progress
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 LEAST_SAMPLES: Final = 2048
 LEAST_TURNS: Final = 10
@@ -45,6 +47,12 @@ def diagnose(
     speed: float | str | Channel | ShaftAngle | None = None,
     healthy: Record | Channel | None = None,
     channel: str | None = None,
+    quick: bool = False,
+    rig: Rig | str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    members: int = 3,
+    threads: int | None = None,
+    progress: Progress | None = None,
+    stop: threading.Event | None = None,
 ) -> Diagnosis:
     """Diagnose a machine from a record: named lines, indices, periodic events, ranked hypotheses.
 
@@ -52,6 +60,11 @@ def diagnose(
     turns of each shaft show damaged teeth and eccentric gears; what repeats with no shaft is searched for the envelope lines of
     bearings and of rattling flanks. Each hypothesis has its evidence against a threshold, and a confidence; below 0.7 the cause
     counts as not told. A healthy record of the same machine replaces general thresholds.
+
+    With a case the likeliest hypotheses, worn flanks and worn bushes are simulated in three severities at the speed of the
+    record, through the same rig, and the features of these records (levels, lines, sidebands, indices, envelopes) compared with
+    those of the record. Causes that agree alike are listed under what cannot be told; hypotheses that the simulations do not
+    support keep 0.6 of confidence at most.
 
     Source: Randall, Vibration-based Condition Monitoring (2011), chapters 5 and 6; ranking and thresholds: ours.
 
@@ -73,17 +86,32 @@ def diagnose(
         Record of the same machine and sensor without damage.
     channel
         Name of the channel, where the record has several.
+    quick
+        Whether nothing is simulated.
+    rig
+        Rig of the record, as `measure` takes it; its sampling rate is the record's. The channel ``NAME.recorded`` is compared
+        with its accelerometer ``NAME``, any other with the first one.
+    members
+        Simulated records of each cause and severity, from different starts with different noise, 2 or more.
+    threads
+        Threads; the cores by default. It changes nothing in the result.
+    progress
+        Called with what is running, simulated records done, and of how many.
+    stop
+        An event that ends the simulations early, with `KeyboardInterrupt`.
 
     Returns
     -------
     Diagnosis
-        ``message``, ``hypotheses()``, ``lines()``, ``indices()``, ``cannot_be_told``, ``ds``, ``plot()``.
+        ``message``, ``hypotheses()``, ``checks()``, ``lines()``, ``indices()``, ``cannot_be_told``, ``ds``, ``plot()``.
 
     Raises
     ------
     InputError
-        For a machine that is not described or in two ways, a record that is too short, does not vary or is not finite, and a
-        speed that the record cannot show.
+        For a machine that is not described or in two ways, a record that is too short, does not vary or is not finite, a
+        speed that the record cannot show, and a rig that does not fit the case.
+    KeyboardInterrupt
+        Where it was interrupted.
 
     Examples
     --------
@@ -97,7 +125,9 @@ def diagnose(
 
     """
     chosen = _channel("record", record, channel)
-    machine = _machine(case, teeth, bearings)
+    built = None if case is None else case if isinstance(case, Case) else load_case(case)
+    machine = _machine(built, teeth, bearings)
+    instruments = _rig(rig, built, quick=quick)
     taken, found, spectrum = _prepared("record", chosen, machine, speed)
     before = None
     if healthy is not None:
@@ -110,9 +140,17 @@ def diagnose(
     low, high = _band(every[0], result)
     named, shown = _lines(taken, result, machine, spectrum, (low, high))
     old = _healthy_lines(before, machine, (low, high)) if before is not None else {}
+    checks = Checks()
+    if built is not None and not quick:
+        checks = checked(
+            taken, before[1] if before is not None else None, built, instruments, machine, found,
+            before[0].speed if before is not None else found, every,
+            members=members, threads=threads, progress=progress, stop=stop,
+        )  # fmt: skip
+        every = revised(every, checks)
     source = record.source if isinstance(record, Record) and record.source else chosen.name
     return Diagnosis(
-        _dataset(
+        dataset_of(
             source,
             taken,
             machine,
@@ -122,6 +160,7 @@ def diagnose(
             named,
             old,
             shown,
+            checks,
         )
     )
 
@@ -144,12 +183,23 @@ def _channel(path: str, record: Any, name: str | None) -> Channel:
     return record.channel(name)
 
 
-def _machine(case: Source | None, teeth: str | None, bearings: str | Sequence[str]) -> Machine:
+def _rig(rig: Any, case: Case | None, *, quick: bool) -> Rig:
+    """Return the rig of a record; `InputError` where there is nothing to simulate with it, or it does not fit."""
+    if rig is not None and (case is None or quick):
+        rule = "must be given with a case that is simulated"
+        raise InputError.of("rig", "given", rule, "Give the case, without quick, or leave it out")
+    built = load_rig(rig)
+    if case is not None and not quick:
+        placements(built, case)
+    return built
+
+
+def _machine(case: Case | None, teeth: str | None, bearings: str | Sequence[str]) -> Machine:
     if case is not None and teeth is not None:
         raise InputError.of("teeth", teeth, "must not be given with a case, which has them", "Leave one out")
     given = (bearings,) if isinstance(bearings, str) else tuple(bearings)
     if case is not None:
-        machine = machine_of_case(case if isinstance(case, Case) else load_case(case))
+        machine = machine_of_case(case)
     elif teeth is not None:
         machine = machine_of_teeth(teeth)
     elif given:
@@ -238,106 +288,3 @@ def _healthy_lines(before: Any, machine: Machine, band: tuple[float, float]) -> 
         band = (0.0, 0.0)
     named, _ = _lines(channel, result, machine, spectrum, band)
     return {(each.domain, each.name): each.amplitude for each in named}
-
-
-def summary(every: Sequence[Hypothesis], found: FoundSpeed) -> str:
-    """Return the conclusion as a sentence, with the speed."""
-    first, second = every[0], every[1]
-    speed = f"first shaft {60.0 * found.frequency:.6g} rpm, {_sources()[found.source]}"
-    if first.kind == "none":
-        return f"{HEALTHY[0].upper()}{HEALTHY[1:]} (confidence {first.confidence:.2f}); {speed}."
-    if first.confidence >= TOLD:
-        words = first.strongest
-        return (
-            f"{first.name[0].upper()}{first.name[1:]}, confidence {first.confidence:.2f}: {words.words} "
-            f"{words.value:.3g}, counting from {words.threshold:.3g}; {speed}."
-        )
-    return (
-        f"It cannot be told: {first.name} (confidence {first.confidence:.2f}) comes first, "
-        f"{second.name} ({second.confidence:.2f}) second; {speed}."
-    )
-
-
-def _sources() -> dict[str, str]:
-    return {
-        "mesh": "by its mesh lines", "shaft": "by the lines of its turns", "measured": "as measured",
-        "nominal": "as given, since no line of it stands out",
-    }  # fmt: skip
-
-
-def _indices(machine: Machine, result: Measures) -> dict[str, float]:
-    s = result.statistics
-    found = {"rms": s.rms, "peak": s.peak, "kurtosis": s.kurtosis, "crest factor": s.crest_factor,
-             "share that repeats with no shaft": result.rest_share,
-             "kurtosis of the most impulsive band, less that of noise": result.impulsive,
-             "kurtosis of the mean mesh period": result.waveform}  # fmt: skip
-    for k, gear in result.gears.items():
-        found |= {f"{name} of {machine.gears[k].name}": value for name, value in gear_rows(gear).items()}
-    return found
-
-
-def _dataset(
-    source: str,
-    channel: Channel,
-    machine: Machine,
-    result: Measures,
-    before: Measures | None,
-    every: Sequence[Hypothesis],
-    named: Sequence[NamedLine],
-    old: dict[tuple[str, str], float],
-    shown: dict[str, Any],
-) -> xr.Dataset:
-    """Return the dataset of a diagnosis."""
-    import xarray as xr
-
-    told = every[0].kind != "none" and every[0].confidence >= TOLD
-    evidence = [(k, each) for k, h in enumerate(every) for each in h.evidence]
-    indices, healthy = _indices(machine, result), _indices(machine, before) if before is not None else {}
-    unit = channel.unit or "1"
-
-    def column(dim: str, values: Any, words: str, units: str = "1") -> tuple[str, Any, dict[str, str]]:
-        return dim, values, {"long_name": words} if units == "" else {"units": units, "long_name": words}
-
-    def words_of(dim: str, values: Sequence[str], words: str) -> tuple[str, Any, dict[str, str]]:
-        return column(dim, texts(values), words, "")
-
-    variables: dict[str, Any] = {
-        "confidence": column("hypothesis", np.array([h.confidence for h in every]), "confidence"),
-        "strength": column("hypothesis", np.array([h.strength for h in every]), "decades of the evidence above its threshold"),
-        "evidence_of": column("evidence", np.array([k for k, _ in evidence], dtype=np.int64), "place of the hypothesis"),
-        "evidence_words": words_of("evidence", [e.words for _, e in evidence], "kind of evidence"),
-        "evidence_value": column("evidence", np.array([e.value for _, e in evidence]), "value of the evidence"),
-        "evidence_threshold": column("evidence", np.array([e.threshold for _, e in evidence]), "value from which it counts"),
-        "line_name": words_of("line", [line.name for line in named], "name of the line"),
-        "line_domain": words_of("line", [line.domain for line in named], "spectrum or envelope spectrum"),
-        "line_expected": column("line", np.array([line.expected for line in named]), "expected frequency", "Hz"),
-        "line_frequency": column("line", np.array([line.frequency for line in named]), "frequency found", "Hz"),
-        "line_amplitude": column("line", np.array([line.amplitude for line in named]), "amplitude", unit),
-        "line_prominence": column("line", np.array([line.prominence for line in named]), "height over the median around"),
-        "line_healthy": column("line", np.array([old.get((n.domain, n.name), math.nan) if n.name != "unnamed" else math.nan
-                                                 for n in named]), "amplitude in the healthy record", unit),
-        "index_name": words_of("index", list(indices), "name of the index"),
-        "index_value": column("index", np.array(list(indices.values())), "index"),
-        "index_healthy": column("index", np.array([healthy.get(name, math.nan) for name in indices]),
-                                "index of the healthy record"),
-        "shaft_speed": ((), result.speed.frequency, {"units": "Hz", "long_name": "turns of the first shaft per second"}),
-        "shaft_speed_uncertainty": ((), result.speed.uncertainty, {"units": "Hz", "long_name": "its standard uncertainty"}),
-        "spectrum": column("frequency", shown["spectrum"], "amplitude spectrum", unit),
-        "envelope": column("envelope_frequency", shown["envelope"], "amplitude spectrum of the envelope", unit),
-    }  # fmt: skip
-    coordinates = {
-        "hypothesis": ("hypothesis", texts([h.name for h in every]), {"long_name": "hypothesis"}),
-        "frequency": ("frequency", shown["frequency"], {"units": "Hz", "long_name": "frequency"}),
-        "envelope_frequency": (
-            "envelope_frequency",
-            shown["envelope_frequency"],
-            {"units": "Hz", "long_name": "frequency"},
-        ),
-    }
-    attributes = {
-        "title": source, "channel": channel.name, "gearplay_version": VERSION, "Conventions": "CF-1.11",
-        "summary": summary(every, result.speed), "told": int(told), "stated_confidence": TOLD,
-        "cannot_be_told": json.dumps(doubts(machine, result, every, before)),
-        "speed_source": result.speed.source, "envelope_low": float(shown["low"]), "envelope_high": float(shown["high"]),
-    }  # fmt: skip
-    return xr.Dataset(variables, coords=coordinates, attrs=attributes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from gearplay.diagnosis.checks import Checks
 from gearplay.diagnosis.hypotheses import MODULATION, Hypothesis, look_alike, on_a_turn
 from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.measures import PARTS, Measures
@@ -11,10 +12,13 @@ from gearplay.diagnosis.separation import LEAST_TURNS
 
 
 def doubts(
-    machine: Machine, found: Measures, every: Sequence[Hypothesis], healthy: Measures | None
+    machine: Machine, found: Measures, every: Sequence[Hypothesis], healthy: Measures | None, checks: Checks
 ) -> list[str]:
-    """Return the questions that the record cannot decide, a sentence each."""
-    said = [*_speed(machine, found), *_gears(machine, found), *_first(machine, found, every)]
+    """Return the questions that the record, and simulated ones, cannot decide, a sentence each."""
+    first = (
+        [] if checks.told is not None and checks.told.kind == every[0].kind else _first(machine, found, every)
+    )
+    said = [*_speed(machine, found), *_gears(machine, found), *first, *checks.doubts]
     if not machine.bearings:
         said.append("Bearings cannot be told: no geometry of one is given.")
     elif not found.rest.size or found.band[1] == 0.0:

@@ -22,6 +22,8 @@ DEPTH: Final = 0.06
 """Depth of an envelope's modulation at the mesh, from which impacts of the flanks count."""
 WAVEFORM: Final = 7.0
 """Kurtosis of the mean mesh period, from which impacts of the flanks count."""
+LEAST_REST: Final = 1e-4
+"""Least share of what repeats with no shaft in the mean square, in which rattle is sought: below it is left of the averages."""
 WORSE: Final = 1.6
 """Factor over the healthy record, from which a measure counts."""
 MOST: Final = 1.5
@@ -176,14 +178,15 @@ def _rattle(machine: Machine, found: Measures, healthy: Measures | None) -> list
     comb, mesh = max(combs, key=lambda pair: min(pair[0].height / COMB, pair[0].depth / DEPTH))
     at = machine.meshes.index(mesh)
     before = healthy.mesh[at] if healthy is not None else None
+    share = 1.0 if found.rest_share >= LEAST_REST else 0.0
     lines = Evidence(f"envelope lines at {mesh.name} of what repeats with no shaft, over chance",
-                     comb.height, _threshold(COMB, before, "height"))  # fmt: skip
-    depth = Evidence("depth of the envelope's modulation at the mesh", comb.depth,
+                     share * comb.height, _threshold(COMB, before, "height"))  # fmt: skip
+    depth = Evidence("depth of the envelope's modulation at the mesh", share * comb.depth,
                      _threshold(DEPTH, before, "depth"))  # fmt: skip
     wave = Evidence("kurtosis of the mean mesh period, 1.5 of a sine", found.waveform,
                     _threshold(WAVEFORM, healthy, "waveform"))  # fmt: skip
     shocks = Evidence("kurtosis of the most impulsive band, less that of noise, in every quarter of the record",
-                      found.impulsive, _threshold(SHOCKS, healthy, "impulsive"))  # fmt: skip
+                      share * found.impulsive, _threshold(SHOCKS, healthy, "impulsive"))  # fmt: skip
     strength = max(min(lines.strength, depth.strength), wave.strength, min(APERIODIC, shocks.strength))
     return [Hypothesis(RATTLE, "rattle", (lines, depth, wave, shocks), strength)]
 

@@ -53,11 +53,12 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Bearing:
-    """A rolling bearing, the outer ring standing, on a shaft."""
+    """A rolling bearing, the outer ring standing, on a shaft; ``rotor`` is its table in a case, empty without one."""
 
     name: str
     shaft: int
     orders: BearingOrders
+    rotor: str = ""
 
 
 @dataclass(frozen=True)
@@ -153,6 +154,8 @@ def bearing_of(text: str, number: int, shafts: int, *, alone: bool = True) -> Be
 def machine_of_case(case: Case) -> Machine:
     """Return the machine of a case at its nominal speeds; the first shaft is that of the first mesh's driver.
 
+    Its rolling bearings are those whose outer ring stands.
+
     Raises `InputError` for a case without a mesh, or one whose gears stand.
     """
     from gearplay.model import rolling
@@ -199,4 +202,11 @@ def machine_of_case(case: Case) -> Machine:
         meshes.append(Mesh(f"mesh {name}", found_set.mesh / speed, (count, count + 1, count + 2)))
         others |= {f"{word} of {name}": f / speed for word, f in found_set.orders().items()
                    if word.startswith(("carrier", "mesh "))}  # fmt: skip
-    return Machine(shafts, tuple(gears.values()), tuple(meshes), (), others, speed)
+    bearings = tuple(
+        Bearing(
+            f"bearing of {name}", turning.index(name), BearingOrders(o.cage, o.outer, o.inner, o.spin), name
+        )
+        for name, each in case.bearings.items()
+        if name in turning and each.on is None and each.rotor_ring == "inner" and (o := each.orders)
+    )
+    return Machine(shafts, tuple(gears.values()), tuple(meshes), bearings, others, speed)

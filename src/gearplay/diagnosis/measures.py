@@ -25,6 +25,8 @@ SLIP: Final = 0.02
 PARTS: Final = {"outer": "outer ring", "inner": "inner ring", "element": "rolling element", "cage": "cage"}
 MODULATED: Final = 4
 """Mesh harmonics whose sidebands are taken together."""
+CARRIER: Final = 4.0
+"""Amplitude of a mesh harmonic over the level around, from which its sidebands count."""
 
 
 @dataclass(frozen=True)
@@ -183,7 +185,10 @@ def _event(found: ShaftAverage, z: int) -> tuple[float, float, int]:
 
 
 def _modulation(found: ShaftAverage, z: int) -> float:
-    """Return both first sidebands of the mesh harmonics over these, above the level of the other orders around."""
+    """Return both first sidebands of the mesh harmonics over these, above the level of the other orders around.
+
+    Harmonics that do not stand out of that level are left out: nothing of them can be modulated.
+    """
     amplitude = 2.0 * np.abs(np.fft.rfft(found.average)) / found.average.size
     sides, carriers = 0.0, 0.0
     for h in range(1, MODULATED + 1):
@@ -192,6 +197,8 @@ def _modulation(found: ShaftAverage, z: int) -> float:
             break
         around = np.concatenate([amplitude[at - half : at - 2], amplitude[at + 3 : at + half + 1]])
         level = 1.5 * float(np.median(around)) if around.size else 0.0
+        if float(amplitude[at]) < CARRIER * level:
+            continue
         sides += sum(max(0.0, float(amplitude[k]) - level) for k in (at - 1, at + 1)) ** 2
         carriers += max(0.0, float(amplitude[at]) - level) ** 2
     return math.sqrt(sides / carriers) if carriers > 0.0 else 0.0

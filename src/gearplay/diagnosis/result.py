@@ -23,7 +23,9 @@ class Diagnosis(OfDataset):
     ``evidence_threshold`` (evidence) with ``evidence_words`` and ``evidence_of``, the hypothesis; ``line_frequency`` [Hz],
     ``line_amplitude``, ``line_prominence`` (line) with ``line_name``, ``line_domain``, ``line_expected`` [Hz] and
     ``line_healthy``, the amplitude in the healthy record; ``index_value``, ``index_healthy`` (index) with ``index_name``;
-    ``shaft_speed`` [Hz] with its uncertainty; ``spectrum`` (frequency), ``envelope`` (envelope_frequency).
+    ``shaft_speed`` [Hz] with its uncertainty; ``spectrum`` (frequency), ``envelope`` (envelope_frequency). Where causes were
+    simulated: ``check_deviation``, ``check_spread``, ``check_alike``, ``check_level`` (check), the best agreement first;
+    ``feature_record``, ``feature_spread`` (feature) and ``feature_simulated`` (check, feature), decimal logarithms.
     """
 
     result_kind = "diagnosis"
@@ -58,6 +60,26 @@ class Diagnosis(OfDataset):
             every[int(of)]["evidence"].append(row)
         return every
 
+    def checks(self) -> list[dict[str, Any]]:
+        """Return the simulated causes as plain tables, the best agreement first; none where nothing was simulated.
+
+        ``deviation`` is the root mean square of the features' deviations from the simulated ones, over spread and allowed error,
+        ``spread`` its standard error; ``alike`` is true of those that agree with the record no worse than the best by chance.
+        """
+        ds = self.dataset
+        if "check" not in ds.coords:
+            return []
+        columns = [
+            ds[name].values
+            for name in ("check", "check_level", "check_hypothesis", "check_deviation", "check_spread")
+        ]
+        rows = zip(*columns, ds["check_alike"].values, strict=True)
+        return [
+            {"name": str(name), "level": str(level), "hypothesis": str(hypothesis), "deviation": float(deviation),
+             "spread": float(spread), "alike": bool(alike)}
+            for name, level, hypothesis, deviation, spread, alike in rows
+        ]  # fmt: skip
+
     def lines(self, domain: str = "") -> list[dict[str, Any]]:
         """Return the named lines as plain tables, of one ``domain`` where it is given."""
         ds, names = (
@@ -90,6 +112,10 @@ class Diagnosis(OfDataset):
                 f"{e['words']} {e['value']:.3g} (counts from {e['threshold']:.3g})" for e in each["evidence"]
             ]
             found.append((each["name"], f"{each['confidence']:.2f}{'; ' if words else ''}{'; '.join(words)}"))
+        for check in self.checks():
+            level = f" ({check['level']})" if check["level"] else ""
+            row = f"deviation {check['deviation']:.2f} ± {check['spread']:.2f}"
+            found.append((f"simulated: {check['name']}{level}", row))
         return found
 
     def plot(self) -> Figure:

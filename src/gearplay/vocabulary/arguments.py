@@ -208,6 +208,7 @@ RULES: Final[Mapping[str, Any]] = MappingProxyType(
                 "backlash",
                 "quasi_static",
                 "autonomous",
+                "quick",
             ),
             FLAG,
         ),
@@ -264,6 +265,7 @@ OWN: Final[Mapping[tuple[str, str], Any]] = MappingProxyType(
     {
         ("basins", "settle"): Whole(1),
         **{("diagnose", name): FREE for name in ("record", "speed")},
+        ("diagnose", "members"): Whole(2, 64),
         ("frequency_response", "force"): TEXT,
         ("load_plan", "source"): PLAN,
         **{(function, "members"): Whole(1) for function in ("lost_motion", "reduce")},

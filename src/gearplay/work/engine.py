@@ -13,7 +13,7 @@ from gearplay.vocabulary.cores import worker_count
 from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.progress import Progress
 from gearplay.work.cluster import run_dask
-from gearplay.work.task import PAUSE, Piece, Task
+from gearplay.work.task import PAUSE, Jobs, Piece, Task
 
 if TYPE_CHECKING:
     from gearplay.work.processes import Processes
@@ -24,7 +24,7 @@ HELD = 0.02
 
 
 def run_threads(
-    task: Task[Piece],
+    task: Jobs[Piece],
     jobs: Iterable[int],
     *,
     workers: int | None = None,

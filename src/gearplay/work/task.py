@@ -14,11 +14,15 @@ PAUSE = 0.1
 """Interval [s] at which a wait for results checks for cancellation."""
 
 
-class Task(Protocol[Piece]):
+class Jobs(Protocol[Piece]):
     """Jobs by number, each with the pieces of result that it gives."""
 
     def evaluate(self, job: int, stop: threading.Event | None = None) -> list[Piece]:
         """Return the pieces of a job; none once stopped."""
+
+
+class Task(Jobs[Piece], Protocol[Piece]):
+    """Jobs that another process can run."""
 
     @property
     def remake(self) -> "tuple[Callable[[str], Task[Piece]], str]":
