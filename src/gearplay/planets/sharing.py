@@ -19,7 +19,7 @@ from gearplay.parts.registry import MESH
 from gearplay.results.base import Column, OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.result import Result
-from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -148,7 +148,7 @@ def members_of(case: Case, name: str | None) -> Members:
     """Return the set of a case; `InputError` where there is none, or several and no ``name``."""
     names = list(case.planetary)
     if not names:
-        raise InputError.of("planetary", None, "must have a set", "Add a table [planetary.NAME]")
+        raise InputError.of("planetary", NO_VALUE, "must have a set", "Add a table [planetary.NAME]")
     if name is None and len(names) > 1:
         raise InputError.of(
             "name", None, "is required, since there are several sets", f"Sets: {', '.join(names)}"
