@@ -451,4 +451,4 @@ def test_contact_ratio_over_the_clearances() -> None:
     doc["sleeves"] = {
         name: {"radial_clearance": "400 um", "stiffness": "1e10 N/m^1.5"} for name in ("one", "two")
     }
-    assert "where the clearances let the centres apart" in said(gp.load_case(doc))
+    assert "with the centres as far apart as the clearances allow" in said(gp.load_case(doc))

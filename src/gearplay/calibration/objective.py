@@ -62,7 +62,7 @@ def data_of(plan: Plan, measurements: Measurements) -> tuple[Datum, ...]:
 
 
 def printed_measurements(plan: Plan) -> dict[str, dict[str, dict[str, Observed]]]:
-    """Return the values that the plan itself gives, by condition and target."""
+    """Return the measured values given in the plan, by condition and target."""
     return {
         condition.name: {
             name: {
@@ -111,7 +111,9 @@ def _acceleration_factor(channel: Channel, at: int) -> float:
     except UnitError:
         cure = f'Write the unit behind its name in the file, as "{channel.name} [m/s^2]", or name the channel of an acceleration'
         shown = f"{channel.name} [{channel.unit}]"
-        raise InputError.of(f"conditions.{at}.channel", shown, "must have a unit of acceleration", cure) from None
+        raise InputError.of(
+            f"conditions.{at}.channel", shown, "must have a unit of acceleration", cure
+        ) from None
 
 
 def _pieces(plan: Plan, condition: Condition, at: int, folder: Path) -> Floats:

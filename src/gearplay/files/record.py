@@ -134,8 +134,14 @@ class Record:
                 return channel
         channels = f"Channels: {self._shown_names() or 'none'}"
         if name is None:
-            rule = "is required: the record has several channels" if self.channels else "there is none in the record"
-            raise InputError.of("channel", NO_VALUE, rule, channels if self.channels else "Take another record")
+            rule = (
+                "is required: the record has several channels"
+                if self.channels
+                else "there is none in the record"
+            )
+            raise InputError.of(
+                "channel", NO_VALUE, rule, channels if self.channels else "Take another record"
+            )
         close = get_close_matches(name, self.names, 1)
         cure = f"Did you mean '{close[0]}'?" if close else channels
         raise InputError.of("channel", name, "must be a channel of the record", cure)

@@ -97,7 +97,7 @@ def lost_motion(
     Raises
     ------
     InputError
-        For rotors that do not hold the train, torques or a file that cannot be.
+        For rotors that do not hold the train, invalid torques, or an invalid file.
     SimulationError
         Where no equilibrium is found.
 

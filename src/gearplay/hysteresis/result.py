@@ -195,7 +195,9 @@ class LostMotion(OfDataset):
             ("hysteresis loss", f"{float(ds['hysteresis_loss']):.4g} J{self._interval('hysteresis_loss')}")
         )
         if "play" in ds:
-            found.append(("play, without friction", f"{float(ds['play']) * ARCMIN:.4g} arcmin{self._play_interval()}"))
+            found.append(
+                ("play, without friction", f"{float(ds['play']) * ARCMIN:.4g} arcmin{self._play_interval()}")
+            )
             found.append(("friction", f"{float(ds['friction']):.4g} N m{self._interval('friction')}"))
         if "clearance" in ds.dims:
             for k in np.argsort(-ds["lost_motion_part"].values).tolist():

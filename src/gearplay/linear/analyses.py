@@ -53,7 +53,7 @@ def modes(case: Source, *, load: str = "operating", speed: float | str | None = 
     Raises
     ------
     InputError
-        For a load or speed that cannot be.
+        For an invalid load or speed.
     SimulationError
         Where no equilibrium is found.
 
@@ -90,7 +90,7 @@ def campbell(case: Source, speeds: ArrayLike | Sequence[str], *, load: str = "op
     Raises
     ------
     InputError
-        For speeds that cannot be.
+        For invalid speeds.
     SimulationError
         Where no equilibrium is found.
 
@@ -156,7 +156,7 @@ def frequency_response(
     Raises
     ------
     InputError
-        For a force or coordinate that there is not, or frequencies that cannot be.
+        For an unknown force or coordinate, and for invalid frequencies.
     SimulationError
         Where no equilibrium is found.
 

@@ -30,9 +30,9 @@ TAKEN = ("at", "frequency", "mode", "amplitude", "phase", "unit")
 
 @dataclass(frozen=True, repr=False)
 class FrequencyResponse(OfDataset):
-    """How displacements, torques and forces follow a harmonic excitation of amplitude 1.
+    """Response of displacements, torques and forces to a harmonic excitation of amplitude 1.
 
-    ``ds`` has ``amplitude``, in ``unit`` (at) per unit of the excitation, and ``phase`` [rad] before the excitation's cosine,
+    ``ds`` has ``amplitude``, in ``unit`` (at) per unit of the excitation, and ``phase`` [rad], the lead over the cosine of the excitation,
     both (at, frequency); over a parameter (parameter, at, frequency), with ``natural_frequency`` (parameter, mode).
     """
 

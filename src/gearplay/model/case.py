@@ -82,7 +82,7 @@ Start = Annotated[
 
 
 class Run(Part):
-    """How long, how finely and how often to simulate."""
+    """Settings of the simulation: duration, sampling, tolerance, ensemble, limits."""
 
     duration: Annotated[float, Measure(q.TIME, "recorded time", gt=0.0, le=1e6)]
     transient: Annotated[float, Measure(q.TIME, "time simulated before recording starts", ge=0.0, le=1e6)] = (

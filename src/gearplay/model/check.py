@@ -276,7 +276,7 @@ def _passing(found: SetFrequencies) -> str:
         return ""
     return (
         f", planets pass a place on the ground at {found.carrier_passing:.6g} Hz, sidebands "
-        f"{found.mesh:.6g} +- {found.carrier_passing:.6g} Hz"
+        f"{found.mesh:.6g} ± {found.carrier_passing:.6g} Hz"
     )
 
 

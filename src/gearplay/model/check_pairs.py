@@ -142,7 +142,7 @@ def _frequencies(case: Case, j: int) -> str:
     if frame is not None:
         beside = ", ".join(f"{name} {f:.6g} Hz" for name, f in found.rotations.items())
         said.append(f"relative to {frame} {beside}")
-    said.append("sidebands " + ", ".join(f"{found.mesh:.6g} +- {f:.6g} Hz" for f in found.rotations.values()))
+    said.append("sidebands " + ", ".join(f"{found.mesh:.6g} ± {f:.6g} Hz" for f in found.rotations.values()))
     said.append(f"hunting tooth {found.hunting_tooth:.6g} Hz")
     said.append(f"common period {found.common_period:.6g} s ({found.mesh_periods} mesh periods)")
     return "; ".join(said)

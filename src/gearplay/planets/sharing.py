@@ -55,7 +55,7 @@ COLUMNS = {
 
 @dataclass(frozen=True, repr=False)
 class LoadSharing(OfDataset):
-    """How the planets of one set share the load.
+    """Load sharing of the planets of one set.
 
     ``ds``: ``share`` (planet), of the sun's mesh forces, 1/N where they share alike, and ``load_sharing_factor`` (planet), N
     times that; ``sun_force``, ``ring_force`` (planet) [N], means; ``beside_pin`` (planet, direction) [m], radial and tangential

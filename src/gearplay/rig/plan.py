@@ -278,7 +278,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
 
 @dataclass(frozen=True)
 class Placement:
-    """Where an accelerometer sits: its rotor, and the direction of its axis from +x [rad]."""
+    """Position of an accelerometer: its rotor, and the direction of its axis from +x [rad]."""
 
     rotor: str
     direction: float

@@ -182,7 +182,7 @@ class HertzStiffness(Measure):
         return self.json_schema("N/m^exponent")
 
     def read_beside(self, value: Any, info: core_schema.ValidationInfo) -> float:
-        """Return the stiffness in SI; its unit must carry the sleeve's exponent."""
+        """Return the stiffness in SI; its unit must contain the sleeve's exponent."""
         exponent = info.data.get("exponent")
         if exponent is None:  # the exponent itself is at fault and is reported on its own
             exponent = (unit_exponent(value) or 1.0) if isinstance(value, str) else 1.0

@@ -37,7 +37,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Ended:
-    """Where a run ended: status, time [s], state, tallies, counts, memory of the elements, stored impact speeds [m/s]."""
+    """End of a run: status, time [s], state, tallies, counts, memory of the elements, stored impact speeds [m/s]."""
 
     status: Status
     reached: float

@@ -31,7 +31,7 @@ class Validation(OfDataset):
 
     @property
     def message(self) -> str:
-        """How many numbers agree, and which do not."""
+        """Count of the numbers that agree, and the names of the others."""
         within = self.ds["within"].values.astype(bool)
         sources = len(set(self.ds["source"].values.tolist()))
         words = f"{int(within.sum())} of {within.size} numbers, of {sources} sources, within their tolerances"

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 SOON = 0.05
-"""When an interrupt that cannot be raised yet is tried again [s]."""
+"""Time after which a deferred interrupt is tried again [s]."""
 LOST_WITHIN = {("scipy.stats._qmc", "Sobol.__init__")}  # it calls Cython that reads a file
 """Functions, module and name, that an exception may not pass through: compiled code prints a traceback and continues."""
 

@@ -173,7 +173,13 @@ def _header(heads: Sequence[Sequence[str]], columns: int) -> tuple[list[str], li
     return [name for name, _ in pairs], [unit for _, unit in pairs]
 
 
-COMMON_UNITS: Final = frozenset(unit for units in FACTORS.values() for unit in units) | {"1", "Nm", "Ncm", "degC", "°C"}
+COMMON_UNITS: Final = frozenset(unit for units in FACTORS.values() for unit in units) | {
+    "1",
+    "Nm",
+    "Ncm",
+    "degC",
+    "°C",
+}
 """Units that a row of units may hold without brackets."""
 
 

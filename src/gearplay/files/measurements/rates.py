@@ -53,7 +53,7 @@ _TIME_NAME = re.compile(
 )
 
 Declaration = tuple[str, float]
-"""What declares a sampling rate, as messages show it, and the rate [Hz]."""
+"""Source of a declared sampling rate, as messages show it, and the rate [Hz]."""
 
 
 def time_scale(name: str, unit: str) -> float | None:

@@ -126,7 +126,7 @@ def find_orbit(period_map: PeriodMap, guess: Floats, parameter: float, *, order:
             break
         state, found, residual = tried.states[0], tried, size
     raise SimulationError(
-        f"orbit: no orbit of order {order} was found near the guess; {residual:.2g} natural sizes are left. "
+        f"orbit: Newton's method found no orbit of order {order} near the guess (scaled residual {residual:.2g}). "
         "Start nearer, or from a settled motion."
     )
 

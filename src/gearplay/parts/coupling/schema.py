@@ -81,7 +81,7 @@ class Coupling(Joint):
         if self.ratio != 1.0:
             for name in ("lateral_stiffness", "lateral_damping"):
                 if getattr(self, name) > 0.0:
-                    rule = "must be 0 with a ratio other than 1, whose two axes need not be one"
+                    rule = "must be 0 with a ratio other than 1: the two axes need not coincide"
                     yield Problem((name,), rule, "Remove it, or use supports")
 
     def _spring_problems(self) -> Iterator[Problem]:

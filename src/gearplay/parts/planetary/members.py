@@ -125,7 +125,7 @@ class Planets(Toothing):
 
 
 class PinError(Part):
-    """Where a pin is off its place on the carrier."""
+    """Position error of a pin on the carrier."""
 
     planet: PlanetNumber
     tangential: Annotated[

@@ -289,7 +289,7 @@ Drive = Annotated[
 
 
 class Load(Part):
-    """What holds a rotor back: torque, its terms and its table oppose its nominal sense, friction and drag its velocity."""
+    """Load of a rotor: torque, its terms and its table oppose its nominal sense, friction and drag its velocity."""
 
     torque: Annotated[float, Measure(q.TORQUE, "constant load torque", ge=0.0)] = 0.0
     terms: Terms = ()

@@ -101,7 +101,7 @@ class Points:
 
 
 class Spanned(Protocol):
-    """What of a plan makes its points."""
+    """Part of a plan that determines its points."""
 
     @property
     def axes(self) -> tuple[Axis, ...]: ...  # noqa: D102

@@ -135,7 +135,7 @@ class Template:
         return replace(self.base, self.changes(values)), member
 
     def address_of(self, index: int) -> bytes:
-        """Return the address of a point's result, 32 bytes."""
+        """Return the storage key of a point's result, 32 bytes."""
         values, member = self.points.at(index)
         words = (
             f"{self.identity} {member} {values.get('direction', '')} {sorted(self.changes(values).items())}"
