@@ -1,4 +1,4 @@
-"""A sweep on a cluster that is real: one without workers, one whose scheduler dies, one that speaks TLS."""
+"""Sweeps on a cluster: no workers, a scheduler that dies, TLS."""
 
 import json
 import logging

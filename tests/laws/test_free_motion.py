@@ -265,7 +265,7 @@ def look_for_misses(documents: Iterator[Document], flights: int, where: str, mea
     """Demand that in every flight dense looks see no touch before the one that ends it (deeper than 1e-14 m)."""
     worst, grazing = oversights(documents, flights)
     measured(
-        f"deepest touch that {flights} random flights{where} overlooked, {LOOKS} looks each [m]",
+        f"deepest missed contact of {flights} free motions{where}, {LOOKS} checks each [m]",
         worst,
         "1e-14",
     )

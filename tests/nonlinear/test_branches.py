@@ -295,7 +295,7 @@ def test_stable_branch__equals_the_sweeps(family: StrobeMap, resonance: Branch, 
     jumps = [f for f, seen in hysteresis.items() if len(seen) == 2 and abs(seen[0] - seen[1]) > 1e-5]
     assert jumps
     assert folds[0] - 0.02 < min(jumps) < max(jumps) < folds[1] + 0.02
-    measured("stable branches against sweeps up and down [natural sizes]", worst, "1e-6")
+    measured("stable branches against sweeps up and down [scaled]", worst, "1e-6")
     assert worst < 1e-6
 
 

@@ -32,8 +32,8 @@ TAKEN = ("at", "frequency", "mode", "amplitude", "phase", "unit")
 class FrequencyResponse(OfDataset):
     """Response of displacements, torques and forces to a harmonic excitation of amplitude 1.
 
-    ``ds`` has ``amplitude``, in ``unit`` (at) per unit of the excitation, and ``phase`` [rad], the lead over the cosine of the excitation,
-    both (at, frequency); over a parameter (parameter, at, frequency), with ``natural_frequency`` (parameter, mode).
+    ``ds`` has ``amplitude``, in ``unit`` (at) per unit of the excitation, and ``phase`` [rad], its lead over the cosine, both
+    (at, frequency); over a parameter (parameter, at, frequency), with ``natural_frequency`` (parameter, mode).
     """
 
     result_kind = "frequency response"

@@ -128,8 +128,8 @@ def _contact_ratio(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
             "warning",
             f"meshes.{j}",
             f"the contact ratio, {installed:.3g}, falls to {least:.3g} with the centres as "
-            f"{'close' if pair.internal else 'far apart'} as the clearances allow: between two pairs of teeth nothing would be in contact. Lower the "
-            "clearances, or lengthen the addenda.",
+            f"{'close' if pair.internal else 'far apart'} as the clearances allow: between two pairs of teeth nothing would be "
+            "in contact. Lower the clearances, or lengthen the addenda.",
         )
 
 
