@@ -134,7 +134,7 @@ class Condition(Part):
 
 
 class Model(Part):
-    """One of the models that compete: changes of the case, and the parameters that it frees; the others stay as in the case."""
+    """One of the compared models: changes of the case and its free parameters; other parameters keep the value of the case."""
 
     name: Text
     set: Changes = Field(default_factory=dict)

@@ -62,7 +62,7 @@ class Surrogate:
 
     @classmethod
     def of(cls, comparison: Comparison, trials: Sequence[Trial], *, everywhere: bool = False) -> "Surrogate":
-        """Fit to the good trials: those that matter near the best, or ``everywhere`` alike.
+        """Fit to the finished trials, weighted towards the best, or ``everywhere`` with equal weights.
 
         The mean's error is the leave-one-out scatter less what single trials scatter by themselves, but at least
         `LEAST_ERROR` of it: the polynomial's own noise, and trials whose own errors are overestimated.

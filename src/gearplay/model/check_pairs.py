@@ -21,7 +21,7 @@ SAME_RATIO: Final = 5e-4
 
 
 def pair_findings(case: Case) -> Iterator[Finding]:
-    """Yield a note for each pair of gears, with all its names for pairs that are alike, as those of planets are."""
+    """Yield a note for each pair of gears, with all names of identical pairs, such as those of planets."""
     alike: dict[tuple[Any, ...], list[int]] = {}
     for j, row in enumerate(pair_table(case)):
         frame = rolling_frame(case, j)

@@ -267,7 +267,7 @@ def first_mesh_frequency(case: "Case") -> float:
 
 
 def mesh_frequency(case: "Case", j: int = 0) -> float:
-    """Return the nominal mesh frequency [Hz] of mesh j: teeth times the driver's speed, as its carrier sees it."""
+    """Return the nominal mesh frequency [Hz] of mesh j: teeth times the driver's speed, relative to its carrier."""
     mesh, speeds, names = case.meshes[j], nominal_speeds(case), list(case.rotors)
     frame = mesh_frame(case, j)
     relative = speeds[names.index(mesh.rotors[0])] - (

@@ -24,7 +24,7 @@ FILLED: Final = ("values", "sampling", "start")
 
 
 def without_replaced(document: dict[str, Any], changes: Iterable[tuple[str, Any]]) -> None:
-    """Remove what changes (path, value) redefine from a raw case: the record of a changed ``file``, the set-point over time of a
+    """Remove fields that changes (path, value) redefine from a raw case: the record of a changed ``file``, the set-point over time of a
     drive whose constant is changed; a torque over time is kept beside another constant.
     """
     for path, value in changes:

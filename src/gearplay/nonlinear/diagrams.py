@@ -108,7 +108,7 @@ class Diagram(AnalysisResult):
 
     @property
     def message(self) -> str:
-        """Range of the field, number of failures, and the first value at which the state was not carried."""
+        """Range of the field, number of failures, and the first value that did not continue from the previous one."""
         unit, factor = shown_in(unit_at(self.case, self.path), float(np.abs(self.parameters).max()))
         low, high = factor * self.parameters[[0, -1]] + offset_in(unit)
         ways = " and ".join(self.directions)
@@ -121,7 +121,7 @@ class Diagram(AnalysisResult):
         return text
 
     def rows(self) -> Sequence[tuple[str, str]]:
-        """Return the reasons of failures with their counts, and the values at which the state was not carried."""
+        """Return the reasons of failures with their counts, and the values that did not continue from the previous one."""
         failed = [(f"{count} failed", reason) for reason, count in self.account.reasons]
         return [*failed, *(("start", each) for each in self.interruptions)]
 

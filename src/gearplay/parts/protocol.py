@@ -106,7 +106,7 @@ class Holder(Part):
         """Add its element to a mechanism, with further ``damping`` [N s/m] of the centre's motion relative to its carrier."""
 
     def at_temperature(self, path: str, journal: float, bush: float) -> Self:
-        """Return the part with factors on the lengths of its rotor and of what carries it; ``path`` is its own, for errors."""
+        """Return the part with the expansion factors of its rotor and of its carrier or housing; ``path`` is named in errors."""
         return self
 
     def thermal_change(self, hot: Self) -> tuple[str, str] | None:

@@ -279,7 +279,7 @@ Value = TypeVar("Value")
 
 
 class FrozenTable(dict[str, Value]):
-    """A dictionary that cannot be changed once it is made; it pickles and compares as a dictionary."""
+    """Immutable dictionary; it pickles and compares as a dictionary."""
 
     def _locked(self, *args: Any, **kwargs: Any) -> NoReturn:
         raise TypeError("a case cannot be changed: use gearplay.replace(case, {...}) for a changed copy")
@@ -339,7 +339,7 @@ class ByKind(Discriminator):
 
 
 def is_absent(value: object) -> bool:
-    """Return whether a field is not given, empty or 0: one that came later is then left out, so that digests stay."""
+    """Return whether a field is not given, empty or 0; such a newer field is left out of files, so that digests do not change."""
     return not value
 
 

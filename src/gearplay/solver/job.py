@@ -78,7 +78,7 @@ class Simulation:
 
     @property
     def differs_by_member(self) -> bool:
-        """Whether each member has a mechanism of its own (`Case.differs_by_member`)."""
+        """Whether the mechanism differs between members (`Case.differs_by_member`)."""
         return self.case.differs_by_member
 
     def of_member(self, member: int) -> "Simulation":

@@ -1,4 +1,4 @@
-"""`validate`: every published number that the product reproduces, beside ours."""
+"""`validate`: every published number that gearplay reproduces, with the computed one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Validation(OfDataset):
-    """Published numbers beside ours.
+    """Published numbers with the computed ones.
 
     ``ds`` has over ``number``: ``published``, ``computed``, ``deviation`` and ``tolerance`` in ``unit``; ``topic``, ``title``,
     ``name``, ``source``; ``within``, 1 where the deviation is within its tolerance. ``str`` of it is the table.

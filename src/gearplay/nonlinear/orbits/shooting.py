@@ -82,7 +82,7 @@ def constants(matrix: Floats) -> NDArray[np.bool_]:
 
 
 def defect_slopes(found: Return, scale: Floats) -> Floats:
-    """Return the derivative of a map's defect, M - 1 in natural sizes; constants have the row of the identity: they stay."""
+    """Return the derivative of a map's defect, M - 1 in natural sizes; rows of constants are those of the identity."""
     slopes = found.matrix * scale[None, :] / scale[:, None] - np.eye(scale.size)
     kept = constants(found.matrix)
     slopes[kept] = np.eye(scale.size)[kept]

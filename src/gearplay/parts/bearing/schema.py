@@ -261,7 +261,7 @@ class Bearing(Holder):
         return {"rate": math.sqrt(stiffness * inv_mass), "hides": self.dissipation() > 0.0}
 
     def at_temperature(self, path: str, journal: float, bush: float) -> "Bearing":
-        """Return it with its clearance: raceways expand with what holds their rings, elements with the rotor.
+        """Return the bearing at temperature: raceways expand with the seats of their rings, elements with the rotor.
 
         Of the inner ring's raceway d_m - D - G/2 and the outer's d_m + D + G/2, less two diameters D: G f_rotor where both
         expand alike. Raises `InputError` where the preload would be beyond a thousandth of the pitch diameter.

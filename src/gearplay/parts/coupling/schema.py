@@ -148,7 +148,7 @@ class Coupling(Joint):
         return {self.between[0]: 1.0, self.between[1]: -self.ratio}
 
     def shared_axis(self) -> Sequence[str]:
-        """Return both rotors where they turn alike; with another ratio their axes may differ."""
+        """Return both rotors for ratio 1; with another ratio their axes may differ."""
         return self.between if self.ratio == 1.0 else ()
 
     def pack(self, packing: Packing) -> None:

@@ -211,7 +211,7 @@ class Base(Part):
 
     @property
     def is_per_member(self) -> bool:
-        """Whether each member of an ensemble has a record of its own."""
+        """Whether the record differs between members of an ensemble."""
         return self.random is not None and self.random.per_member
 
     def pack(self, span: float, member: Member) -> tuple[Floats, Floats]:

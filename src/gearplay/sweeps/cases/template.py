@@ -1,4 +1,4 @@
-"""Case of a point of a sweep and the key of its stored result; sequences of cases along a carried axis."""
+"""Case of a point of a sweep and the key of its stored result; sequences of cases along a continued axis."""
 
 import hashlib
 from typing import Any
