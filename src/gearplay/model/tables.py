@@ -24,8 +24,10 @@ FILLED: Final = ("values", "sampling", "start")
 
 
 def without_replaced(document: dict[str, Any], changes: Iterable[tuple[str, Any]]) -> None:
-    """Remove fields that changes (path, value) redefine from a raw case: the record of a changed ``file``, the set-point over time of a
-    drive whose constant is changed; a torque over time is kept beside another constant.
+    """Remove fields that changes (path, value) redefine from a raw case.
+
+    These are the record of a changed ``file`` and the set-point over time of a drive whose constant is changed; a torque over
+    time is kept and added to the new constant.
     """
     for path, value in changes:
         *way, last = (part.strip() for part in path.split("."))
