@@ -226,7 +226,9 @@ def _kept(
     covered, first = samples // factor, round(settling * rate)
     size = covered - first if duration is None else round(duration * rate)
     if size < 1 or first + size > covered:
-        rule = f"must leave at least one sample: the acceleration lasts {covered} samples at {rate:g} Hz"
+        rule = (
+            f"must fit into the acceleration with at least one sample kept: it has {covered} at {rate:g} Hz"
+        )
         named, value = ("settling", settling) if duration is None else ("duration", duration)
         raise InputError.of(named, value, rule, "Shorten it, or give a longer acceleration")
     return slice(first * factor, (first + size) * factor, factor)
