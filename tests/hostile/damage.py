@@ -365,7 +365,7 @@ DAMAGED_GEARS = {
     "half a tooth": ("teeth = 40", "teeth = 40.5", (f"{GEARS}.wheel.teeth", "whole number")),
     "typo": ("teeth = 18", "teeht = 18", (f"{GEARS}.pinion.teeht", "'teeth'")),
     "mass of a gear": ("teeth = 18", 'teeth = 18\nmass = "1 kg"', (f"{GEARS}.pinion.mass", "unknown field")),
-    "teeth beside": ('mass = "1 kg"', 'mass = "1 kg"\nteeth = 20', ("rotors.shaft.teeth", "beside gears")),
+    "teeth beside": ('mass = "1 kg"', 'mass = "1 kg"\nteeth = 20', ("rotors.shaft.teeth", "together with gears")),
     "internal beside": ('mass = "1 kg"', 'mass = "1 kg"\ninternal = true', ("rotors.shaft.internal", "beside gears")),
     "runout beside": (
         'mass = "1 kg"',

@@ -114,7 +114,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Posterior:
-    """Equally likely points of the posterior; ``log_evidence`` with its error is ln of the mean likelihood over the prior."""
+    """Equally weighted sample of the posterior; ``log_evidence`` with its error is ln of the mean likelihood over the prior."""
 
     points: Points
     log_evidence: float

@@ -292,6 +292,6 @@ def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]
             yield Finding(
                 "note",
                 f"sleeves.{name}.radial_clearance",
-                f"motion within the clearance bounds the line of acceleration at the mesh frequency, "
-                f"{frequency:.4g} Hz, to {bound:.3g} m/s^2.",
+                f"periodic motion within the clearance has at most {bound:.3g} m/s^2 of acceleration at the mesh frequency, "
+                f"{frequency:.4g} Hz.",
             )

@@ -111,7 +111,7 @@ def _set_over_time(drive: dict[str, Any], path: str, folder: Path) -> None:
     given = drive.get(field)
     if isinstance(given, dict) or _is_file(given):
         if "over_time" in drive:
-            rule = f"must not be given beside {field} over time, which says it"
+            rule = f"must not be given together with {field} over time, which gives it"
             raise InputError.of(f"{path}.over_time", "given", rule, "Remove one of the two")
         drive["over_time"], drive[field] = {"table": given} if _is_file(given) else given, 0.0
     over_time = drive.get("over_time")
@@ -129,7 +129,7 @@ def _fill(given: dict[str, Any], path: str, folder: Path) -> None:
         raise InputError.of(at, name, "must be the path of a file", "Write it in quotes")
     for field in FILLED:
         if field in given:
-            rule = "must not be given beside a file, which says it"
+            rule = "must not be given together with a file, which gives it"
             raise InputError.of(f"{path}.{field}", given[field], rule, "Remove one of the two")
     times, values = _columns(at, folder / name)
     steps = [later - earlier for earlier, later in pairwise(times)]

@@ -90,7 +90,7 @@ class Holder(Part):
         offset: tuple[float, float]
 
     def frees_centre(self) -> bool:
-        """Return whether the rotor's centre can move in it."""
+        """Return whether the part leaves the rotor's centre free to move."""
         return True
 
     def clearance(self) -> float | None:
@@ -146,7 +146,7 @@ class Joint(Part):
         return {}
 
     def shared_axis(self) -> Sequence[str]:
-        """Return the rotors whose nominal centres are one point; empty for none."""
+        """Return the rotors whose nominal centres coincide; empty for none."""
         return ()
 
     @abstractmethod

@@ -151,7 +151,7 @@ def members_of(case: Case, name: str | None) -> Members:
         raise InputError.of("planetary", NO_VALUE, "must have a set", "Add a table [planetary.NAME]")
     if name is None and len(names) > 1:
         raise InputError.of(
-            "name", None, "is required, since there are several sets", f"Sets: {', '.join(names)}"
+            "name", NO_VALUE, "is required, since there are several sets", f"Sets: {', '.join(names)}"
         )
     if name is not None and name not in names:
         raise InputError.of("name", name, "must be a planetary set of the case", f"Sets: {', '.join(names)}")

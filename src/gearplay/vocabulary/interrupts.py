@@ -55,7 +55,7 @@ class Again:
 def raised_without_harm() -> Iterator[None]:
     """Defer Ctrl-C within the block to a safe point, if Python's own handler is installed.
 
-    Another handler stays: the command line has its own, which does the same and more.
+    Another handler is kept, such as that of the command line.
     """
     if (
         threading.current_thread() is not threading.main_thread()

@@ -140,7 +140,7 @@ class Bearing(Holder):
             rule = (
                 "is required, or groove_ratio"
                 if self.stiffness is None
-                else "must not be given beside groove_ratio"
+                else "must not be given together with groove_ratio"
             )
             yield Problem(("stiffness",), rule, "Give one of the two")
         if self.groove_ratio is not None and self.exponent != 1.5:
@@ -148,7 +148,9 @@ class Bearing(Holder):
                 ("exponent",), "must be 1.5 for balls in grooves", "Remove it, or give the stiffness itself"
             )
         if self.damping is not None and self.restitution is not None:
-            yield Problem(("restitution",), "must not be given beside damping", "Remove one of the two")
+            yield Problem(
+                ("restitution",), "must not be given together with damping", "Remove one of the two"
+            )
 
     @property
     def elements(self) -> int:

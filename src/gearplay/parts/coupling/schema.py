@@ -95,7 +95,7 @@ class Coupling(Joint):
                 yield Problem(("rest_angle",), rule, "Remove it, or give torque")
             return
         if self.torsional_stiffness is not None:
-            rule = "must not be given beside torque over the twist, which it would contradict"
+            rule = "must not be given together with torque over the twist, which it would contradict"
             yield Problem(("torsional_stiffness",), rule, "Remove one of the two")
         if self.play > 0.0:
             rule = "must be 0 where torque gives a curve over the twist"

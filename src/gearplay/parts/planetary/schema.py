@@ -129,9 +129,11 @@ class Planetary(Part):
                 rule = "is required, or stiffness for both kinds of mesh"
                 yield Problem((kind,), rule, "Give one")
             if self.stiffness is not None and getattr(self, kind) is not None:
-                yield Problem((kind,), "must not be given beside stiffness", "Remove one of the two")
+                yield Problem((kind,), "must not be given together with stiffness", "Remove one of the two")
         if (self.pin is None) == (self.support is None):
-            rule = "is required, or support" if self.pin is None else "must not be given beside support"
+            rule = (
+                "is required, or support" if self.pin is None else "must not be given together with support"
+            )
             yield Problem(("pin",), rule, "Say how the planets sit on their pins")
         for part in ("pin", "support"):
             held = getattr(self, part)

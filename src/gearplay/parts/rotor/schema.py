@@ -124,7 +124,7 @@ class SpeedDrive(Part):
 
 
 class TorqueDrive(Part):
-    """Constant torque, terms that vary and a table over time, which add up."""
+    """Sum of a constant torque, harmonic terms and a table over time."""
 
     kind: Literal["torque"] = "torque"
     torque: Annotated[float, Measure(q.TORQUE, "driving torque, counter-clockwise positive")]
@@ -365,7 +365,7 @@ class Rotor(Toothing):
         if self.gears:
             unused = (("teeth", None), ("internal", False), ("runout", Runout()))
             for name in [*(name for name, value in unused if getattr(self, name) != value), *self.drawn]:
-                rule = "must not be given beside gears, each of which has its own"
+                rule = "must not be given together with gears, each of which has its own"
                 problems.append(Problem((name,), rule, "Write it into one of the gears"))
         elif self.teeth is None and (self.internal or self.drawn):
             what = "an internal gear" if self.internal else f"a gear with {self.drawn[0]}"

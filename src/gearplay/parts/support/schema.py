@@ -119,7 +119,7 @@ class Support(Holder):
         return self.stiffness_matrix[0][0], self.stiffness_matrix[1][1]
 
     def frees_centre(self) -> bool:
-        """Return whether it has a stiffness along x or y, 0 included."""
+        """Return whether a stiffness along x or y is given, also 0, which leaves the centre free."""
         return self.stiffness is not None
 
     def holds_rotation(self) -> bool:
