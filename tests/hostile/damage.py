@@ -366,11 +366,11 @@ DAMAGED_GEARS = {
     "typo": ("teeth = 18", "teeht = 18", (f"{GEARS}.pinion.teeht", "'teeth'")),
     "mass of a gear": ("teeth = 18", 'teeth = 18\nmass = "1 kg"', (f"{GEARS}.pinion.mass", "unknown field")),
     "teeth beside": ('mass = "1 kg"', 'mass = "1 kg"\nteeth = 20', ("rotors.shaft.teeth", "together with gears")),
-    "internal beside": ('mass = "1 kg"', 'mass = "1 kg"\ninternal = true', ("rotors.shaft.internal", "beside gears")),
+    "internal beside": ('mass = "1 kg"', 'mass = "1 kg"\ninternal = true', ("rotors.shaft.internal", "together with gears")),
     "runout beside": (
         'mass = "1 kg"',
         'mass = "1 kg"\nrunout = { amplitude = "1 um" }',
-        ("rotors.shaft.runout", "beside gears"),
+        ("rotors.shaft.runout", "together with gears"),
     ),
     "which gear": ('"shaft.wheel"', '"shaft"', ("meshes.1.driven", "must name a gear of shaft", "shaft.wheel")),
     "unknown gear": ('"shaft.wheel"', '"shaft.whel"', ("meshes.1.driven", "'shaft.wheel'")),

@@ -155,7 +155,7 @@ def test_internal_rate_follows_the_fastest_sensor() -> None:
         ({"sampling": 8.5e5}, "sampling = 850000.0: must be a whole multiple"),
         ({"sampling": math.nan}, "sampling = nan: must be a whole multiple"),
         ({"settling": -1.0}, "settling = -1.0: must be a finite time, 0 s or more. Give seconds."),
-        ({"settling": 0.02}, "settling = 0.02: must fit into the acceleration with at least one sample kept: it has 1000 at 100000 Hz"),
+        ({"settling": 0.02}, "settling = 0.02: must fit into the acceleration with at least one sample kept"),
         ({"duration": 0.02}, "duration = 0.02: must fit into the acceleration"),
         ({"duration": 0.0}, "duration = 0.0: must fit into the acceleration"),
         ({"start": math.inf}, "start = inf: must be a finite time"),

@@ -292,6 +292,6 @@ def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]
             yield Finding(
                 "note",
                 f"sleeves.{name}.radial_clearance",
-                f"periodic motion within the clearance has at most {bound:.3g} m/s^2 of acceleration at the mesh frequency, "
-                f"{frequency:.4g} Hz.",
+                f"the acceleration of a motion within the clearance has a line of at most {bound:.3g} m/s^2 at the mesh "
+                f"frequency, {frequency:.4g} Hz.",
             )
