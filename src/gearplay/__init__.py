@@ -11,7 +11,7 @@ from gearplay.vocabulary.version import VERSION
 
 __version__ = VERSION
 _HOMES = exports(__file__)
-__all__ = sorted([*_HOMES, "__version__", "signals"])
+__all__ = sorted({*_HOMES, "__version__", "signals"})
 
 
 def __getattr__(name: str) -> Any:

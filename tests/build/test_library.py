@@ -1,4 +1,4 @@
-"""The kernel library as a file: found by its sources, whole, of a trusted owner; built once, whoever asks at the same time."""
+"""Kernel library: found by the digest of its sources, complete, of a trusted owner, built once."""
 
 import os
 import shutil

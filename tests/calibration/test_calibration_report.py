@@ -154,7 +154,7 @@ def test_parameters_have_units_bounds_and_a_verdict(written: Any) -> None:
     assert (factor["unit"], factor["searched"], factor["identified"]) == ("1", [0.5, 2.0], False)
     page = (written[2] / "report.html").read_text()
     assert page.count('<td class="one">drag</td><td class="one holds">identified</td>') == 4
-    assert page.count('<td class="one">factor</td><td class="one cannot">the data cannot tell</td>') == 4
+    assert page.count('<td class="one">factor</td><td class="one cannot">not identified</td>') == 4
 
 
 def test_the_page_begins_with_the_answer_and_one_picture(written: Any) -> None:
@@ -167,7 +167,7 @@ def test_the_page_begins_with_the_answer_and_one_picture(written: Any) -> None:
     assert (
         f"drag {interval.low:.3g} to {interval.high:.3g} N m s/rad (the case's 0.000293 lies below)" in told
     )
-    assert told.endswith("; the data do not tell factor.")
+    assert "; not identified: factor " in told
     page = (folder / "report.html").read_text()
     places = [
         page.index(text)
@@ -264,10 +264,13 @@ def test_one_of_everything_can_be_told_nothing_about(tmp_path: Path) -> None:
     keep = {name: getattr(plan, name)[:1] for name in ("models", "conditions", "parameters")}
     tiny = plan.model_copy(update=keep)
     document = write_calibration(tiny, fits_of(tiny), tmp_path)
-    assert document["statement"]["overall"] == "cannot be told"
+    assert document["statement"]["overall"] == "undecided"
     assert document["duels"] == []
     assert "pairs" not in " ".join(path.name for path in (tmp_path / "figures").iterdir())  # there is no pair
-    assert "nothing to compare" in (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text()
+    assert "is the only model" in page
+    assert "predicted from the others" not in page.split('id="models"')[0]
+    assert document["answer"][-1] == "The plan has one condition: no other record tests the fit."
 
 
 @pytest.mark.slow

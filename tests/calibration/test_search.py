@@ -1,3 +1,5 @@
+"""Search of a calibration: the same trials after twenty kills."""
+
 import threading
 from typing import Any
 

@@ -56,7 +56,7 @@ def test_evidence_without_prediction_is_not_enough() -> None:
 def test_a_model_alone_has_beaten_nobody(readings: list[str]) -> None:
     found = conclude({reading: [GOOD] for reading in readings})
     assert found.overall == OPEN
-    assert "nothing to compare" in found.words
+    assert "is the only model" in found.words
 
 
 def test_a_model_missing_from_a_reading_was_not_beaten_there() -> None:

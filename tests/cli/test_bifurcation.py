@@ -53,7 +53,7 @@ def test_branches_are_drawn_with_the_sweeps(tmp_path: Path, capsys: pytest.Captu
         assert table.sizes["orbit"] == one["orbits"] + two["orbits"]
         assert table.amplitude.attrs["units"] == "m"
     assert run([*words, "--low", "16um", "--high", "17um", "--order", "2", "--overwrite"]) == 4
-    assert "there is no orbit of order 2" in capsys.readouterr().out
+    assert "no periodic orbit of order 2" in capsys.readouterr().out
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""`gearplay calibrate` as a user meets it: a report, a plan at fault, a kill in the middle, two at once."""
+"""`gearplay calibrate`: report, invalid plans, kill and resume, two at once."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""A sweep on a cluster that is real: one without workers, one whose scheduler dies, one that speaks TLS."""
+"""Sweeps on a cluster: no workers, a scheduler that dies, TLS."""
 
 import json
 import logging
@@ -133,7 +133,7 @@ def test_a_scheduler_that_dies_is_one_sentence(start: Start, tmp_path: Path) -> 
     assert process.returncode == 3, words
     lines = [line for line in words.splitlines() if not line.startswith("Compiling")]
     assert len(lines) == 1, words
-    assert "gearplay resume" in lines[0] or "see to it, then run again" in lines[0]
+    assert "gearplay resume" in lines[0] or "mend the cluster, then run again" in lines[0]
     assert rows(tmp_path / "out")
 
 

@@ -70,7 +70,7 @@ def test_lost_motion__of_a_record(tmp_path: Path, capsys: pytest.CaptureFixture[
     ("words", "shown"),
     [
         (["--torque", "5 parsec"], "--rated-torque"),
-        ([], "--rated-torque = none: is required of a case"),
+        ([], "--rated-torque: is required of a case"),
         (["--torque", "5Nm", "--columns", "1,2"], "--columns"),
         (["--torque", "5Nm", "--stages", "4Nm,3Nm"], "--stages"),
         (["--torque", "5Nm", "--hold", "layshaf"], "--hold"),

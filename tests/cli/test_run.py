@@ -1,4 +1,4 @@
-"""The run command: results, exit codes, refusals, Ctrl-C."""
+"""`gearplay run`: results, exit codes, refusals, Ctrl-C."""
 
 import dataclasses
 import json

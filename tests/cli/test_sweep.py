@@ -1,4 +1,4 @@
-"""`gearplay sweep` as a user meets it: the same bytes in every way it can run, after kills, beside others, on a full disk.
+"""`gearplay sweep`: the same bytes with every engine, after kills, beside other sweeps, on a full disk.
 
 Run as a script, this file is the process that starts a sweep again and again and kills it: see `kill_again_and_again`.
 """

@@ -159,7 +159,7 @@ def test_cascade__is_the_position_loop_with_its_integral_on_the_speed_error(meas
         ({"delay": 2e-3}, r"drive\.delay.*at most sample_time"),
         ({"sample_time": 0.0}, r"drive\.resolution.*must be 0 for a continuous control"),
         ({"speed_sensor": "other"}, r"speed_sensor.*other"),
-        ({"angle": {"trapezoid": MOVE}, "over_time": {"step": {"time": 0.1, "value": 1.0}}}, "must not be given beside angle"),
+        ({"angle": {"trapezoid": MOVE}, "over_time": {"step": {"time": 0.1, "value": 1.0}}}, "given together with angle"),
         ({"angle": 0.3, "over_time": {"step": {"time": 0.1, "value": 1.0}}}, r"drive\.angle.*left out"),
         ({"angle": {"trapezoid": {**MOVE, "rise": 0.0, "hold": 0.0, "fall": 0.0}}}, "must be above 0 s"),
         ({"angle": {"step": {"time": 0.1, "value": 1.0}, "sine": {"amplitude": 0.1, "frequency": 1.0}}}, "one of step, sine"),

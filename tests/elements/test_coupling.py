@@ -210,7 +210,7 @@ def test_stages_statics_and_modes_at_a_load() -> None:
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"torque": STAGES}, r"torsional_stiffness = 2000\.0: must not be given beside torque over the twist"),
+        ({"torque": STAGES}, r"torsional_stiffness = 2000\.0: must not be given together with torque over the twist"),
         ({"torsional_stiffness": None}, r"torsional_stiffness: is required, or torque over the twist"),
         ({"torsional_stiffness": None, "torque": STAGES, "play": 1e-3}, r"play = 0\.001: must be 0 where torque"),
         ({"rest_angle": 1e-3}, r"rest_angle = 0\.001: must be 0 without torque"),

@@ -1,4 +1,4 @@
-"""The tolerance is kept: random cases of every element end in the same place at 1e-9 and at 1e-12, where the motion lets them."""
+"""Tolerance: random cases of every element end in the same state at 1e-9 and at 1e-12."""
 
 from collections.abc import Callable
 from typing import Any

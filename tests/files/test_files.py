@@ -1,4 +1,4 @@
-"""Files are whole or absent, never replaced unasked; refusals are one sentence."""
+"""Files: complete or absent, never replaced without consent; damaged results are refused."""
 
 import errno
 import os

@@ -191,7 +191,7 @@ CHANGES: dict[str, tuple[Callable[[h5py.File], None], str]] = {
     "mesh": (member(4, 9), "a number of its members"),
     "counter": (member(5, -1), "a number of its members"),
     "reached": (replaced("run_floats", lambda a: a * 0.5), "did not reach what their status says"),
-    "contact": (other_contact, "contact log has changes that cannot be"),
+    "contact": (other_contact, "contact log has impossible changes"),
     "other file": (elsewhere, "lacks the dataset log"),
     "other raw file": (raw_elsewhere, "lies elsewhere"),
     "order": (replaced("floats", lambda a: a[:, ::-1]), "readable result file"),

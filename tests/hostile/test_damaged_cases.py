@@ -1,4 +1,4 @@
-"""Damaged case files: each is refused at once, by a message that names what is wrong."""
+"""Damaged case files: refused with a message that names the fault."""
 
 import json
 import os

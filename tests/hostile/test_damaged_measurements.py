@@ -1,4 +1,4 @@
-"""Damaged measurement files, 100 of each format: no crash, no hang, nothing printed, every truncation reported."""
+"""Damaged measurement files, 100 of each format: no crash, no hang, every truncation reported."""
 
 import contextlib
 import os

@@ -1,4 +1,4 @@
-"""Every write, sync, rename and link failed once, by a shim before the C library: nothing is lost, nothing half is whole."""
+"""Failing disk: every write, sync, rename and link fails once; nothing is lost, no file is partial."""
 
 import json
 import os

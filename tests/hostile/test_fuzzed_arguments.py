@@ -1,4 +1,4 @@
-"""Public functions with hostile arguments: each answers, or refuses with an error of gearplay's own, soon."""
+"""Public functions with hostile arguments: a result or an error of gearplay within seconds."""
 
 import inspect
 import math

@@ -1,4 +1,4 @@
-"""Ctrl-C at any time of any verb: exit code 130 within seconds, one sentence, never a traceback, nothing half-written."""
+"""Ctrl-C at any time of any command: exit code 130 within seconds, one sentence, no partial file."""
 
 import os
 import random

@@ -1,4 +1,4 @@
-"""Runs of all kinds, one after the other in one process, for ten minutes: memory does not grow."""
+"""Ten minutes of runs in one process: memory does not grow."""
 
 import gc
 import os

@@ -85,21 +85,45 @@ FALLING = "T,phi\n" + "".join(f"{t},{-t}\n" for t in [*range(-30, 30), *range(30
 @pytest.mark.parametrize(
     ("text", "columns", "words"),
     [
-        ("T,phi\n1,2\n", ["T", "phi"], "20 rows or more"),
-        ("T,phi\n" + "1,2\n" * 40, ["T", "phi"], "must rise and fall"),
-        ("T,phi\n" + "0,2\n" * 40, ["T", "phi"], "must not be 0 throughout"),
+        ("T,phi\n1,2\n", ["T [N m]", "phi [rad]"], "20 rows or more"),
+        ("T,phi\n" + "1,2\n" * 40, ["T [N m]", "phi [rad]"], "must rise and fall"),
+        ("T,phi\n" + "0,2\n" * 40, ["T [N m]", "phi [rad]"], "must not be 0 throughout"),
         ("T,phi\n" + "1,2\n" * 40, ["T", "fi"], 'columns = "fi": must be a column of the file'),
+        ("T;phi\nNm;Grad\n" + "1;2\n" * 40, None, "must have a unit"),
+        ("T,phi\nN m,furlong\n" + "1,2\n" * 40, ["1", "2"], "must have a unit"),
+        (FALLING, ["T [N m]", "phi"], 'columns = "phi": must have a unit'),
         ("T,phi\n" + "1,2\n" * 40, ["T"], "must name two columns"),
         ("T,phi\n" + "1,2\n" * 40, ["T [kg]", "phi"], "T "),
-        (FALLING, ["T", "phi"], "must turn further with more torque"),
-        ("T,phi\n" + "".join(f"{t},{t}\n" for t in [*range(60), *range(60, -1, -1)]), ["T", "phi"], "with - torque"),
+        (FALLING, ["T [N m]", "phi [rad]"], "must turn further with more torque"),
+        ("T,phi\n" + "".join(f"{t},{t}\n" for t in [*range(60), *range(60, -1, -1)]), ["T [N m]", "phi [rad]"], "with - torque"),
     ],
 )  # fmt: skip
-def test_refusals(text: str, columns: list[str], words: str, tmp_path: Path) -> None:
+def test_refusals(text: str, columns: list[str] | None, words: str, tmp_path: Path) -> None:
     path = tmp_path / "r.csv"
     path.write_text(text)
     with pytest.raises(gp.InputError, match=words):
         gp.lost_motion(path, columns=columns)
+
+
+def test_a_row_of_units_below_the_names(tmp_path: Path) -> None:
+    """A table whose second row holds units reads as one with the units in brackets."""
+    written = record(tmp_path / "r.csv", Truth(), noise=1e-3).read_text().splitlines()
+    path = tmp_path / "units.csv"
+    path.write_text("\n".join(["n;M;phi", "1;Nm;arcmin", *(line.replace(",", ";") for line in written[1:])]))
+    expected = gp.lost_motion(tmp_path / "r.csv", **GIVEN).ds
+    found = gp.lost_motion(path, **{**GIVEN, "columns": ["M", "phi"]}).ds
+    assert float(found["play"]) == float(expected["play"])
+
+
+@pytest.mark.parametrize(("friction", "warned"), [(0.0, False), (2.0, False), (5.0, True)])
+def test_friction_beyond_the_torque_of_the_lost_motion(friction: float, warned: bool, tmp_path: Path) -> None:
+    """Friction above 3 % of the rated torque: on both branches the flanks at 3 % are those of before, and the play is missing."""
+    truth = Truth(friction=friction)
+    simulated = gp.lost_motion(truth.case(), at="arm", hold="motor", torque=100.0, stages=[14.0, 48.0])
+    measured = gp.lost_motion(record(tmp_path / "r.csv", truth, noise=1e-3), **GIVEN)
+    for found in (simulated, measured):
+        assert ("does not include the play" in found.message) == warned
+        assert (float(found.ds["lost_motion"]) < 0.5 * truth.play) == warned
 
 
 def test_a_missing_file_and_a_torque_out_of_reach(tmp_path: Path) -> None:

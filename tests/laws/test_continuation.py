@@ -44,7 +44,7 @@ def test_two_carried_runs_are_one(name: str, measured: Measured) -> None:
     assert expected.counters.events > 4
     worst = float(np.max(np.abs(found.end.state - expected.end.state)[: 3 * len(base.rotors)]))
     assert worst < 1e-9
-    measured("two carried runs against one over 10 ms [m, rad]", worst, "1e-9")
+    measured("two continued runs against one over 10 ms [m, rad]", worst, "1e-9")
 
 
 def test_the_start_of_a_ramp_rolls() -> None:

@@ -265,7 +265,7 @@ def look_for_misses(documents: Iterator[Document], flights: int, where: str, mea
     """Demand that in every flight dense looks see no touch before the one that ends it (deeper than 1e-14 m)."""
     worst, grazing = oversights(documents, flights)
     measured(
-        f"deepest touch that {flights} random flights{where} overlooked, {LOOKS} looks each [m]",
+        f"deepest missed contact of {flights} free motions{where}, {LOOKS} checks each [m]",
         worst,
         "1e-14",
     )
@@ -284,7 +284,7 @@ def test_no_contact_is_missed_beside_a_rippling_drive(measured: Measured) -> Non
     """The same with a pinion whose speed ripples: its acceleration bends the gaps, up to 64 times a revolution."""
     generator = np.random.default_rng(21)
     documents = (rippling(random_flyer(generator), generator) for _ in itertools.count())
-    look_for_misses(documents, FLIGHTS // 4, " beside a rippling drive", measured)
+    look_for_misses(documents, FLIGHTS // 4, " with a rippling drive", measured)
 
 
 def shaking(document: Document, generator: np.random.Generator) -> Document:

@@ -1,4 +1,4 @@
-"""A free driver that rocks on an edge of a square mesh stiffness: it may pass the edge and come back within one step.
+"""Edges of a square mesh stiffness: crossed twice within one step, still located.
 
 Two gears on held centres, pressed together by a torque on the driver and a load on the wheel: on each side of an edge the
 motion has a closed form, and the edge's crossings lie between turning points that have one too.

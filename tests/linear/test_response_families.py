@@ -67,7 +67,7 @@ def test_units_and_answers(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("case", "more", "rule"),
     [
-        (pair, (), "path = none: is required where the case is a function"),
+        (pair, (), "path: is required where the case is a function"),
         (pair, ("zeta",), "must be given together"),
         (pair, ("zeta", []), "must be a list of finite numbers"),
         (pair, ("zeta", ["5 %"]), r"values\.0 = .*plain numbers for the parameter of a function"),

@@ -351,14 +351,14 @@ def test_stiffness_runs_the_way_of_the_contact() -> None:
         ({}, {}, {}, "meshes.0.backlash: is required"),
         ({"helix_angle": "10 deg"}, {}, {"backlash": "0.1 mm"}, 'rotors.two.helix_angle = "0 deg": must be that of one, 10 deg'),
         ({"tip_diameter": "1 mm"}, {}, {"backlash": "0.1 mm"}, "must give a tip diameter of more than 70 mm"),
-        ({"tip_diameter": "88 mm", "addendum": 1.1}, {}, {"backlash": "0.1 mm"}, "addendum = 1.1: must not be given beside"),
-        ({"thickness": "6 mm", "allowance": "c25"}, {}, {}, 'allowance = "c25": must not be given beside thickness'),
+        ({"tip_diameter": "88 mm", "addendum": 1.1}, {}, {"backlash": "0.1 mm"}, "must not be given together with"),
+        ({"thickness": "6 mm", "allowance": "c25"}, {}, {}, 'allowance = "c25": must not be given together with thickness'),
         ({"allowance": "c31"}, {}, {}, 'allowance = "c31": must be a class of DIN 3967'),
         ({"allowance": {"upper": "-90 um", "lower": "-85 um"}}, {}, {}, 'allowance.lower = "-85 um": must be at most upper'),
         ({"profile_shift": -1.2}, {"profile_shift": -1.2}, {"backlash": "0.1 mm"}, "no centre distance without backlash"),
         ({}, {}, {"center_distance": "150 mm", "backlash": "0.1 mm"}, "must be between 159 and 168 mm for these teeth"),
         ({"addendum": 1.3}, {}, {"backlash": "0.1 mm"}, "a clearance at their centre distance, 160 mm"),
-        ({"addendum": 0.1}, {"addendum": 0.1, "tip_diameter": "2.3 m"}, {"backlash": "0.1 mm"}, "must not be given beside"),
+        ({"addendum": 0.1}, {"addendum": 0.1, "tip_diameter": "2.3 m"}, {"backlash": "0.1 mm"}, "given together with"),
         (
             {"profile_shift": 0.5, "position": [0, 0]},
             {"position": ["150 mm", 0]},
@@ -451,4 +451,4 @@ def test_contact_ratio_over_the_clearances() -> None:
     doc["sleeves"] = {
         name: {"radial_clearance": "400 um", "stiffness": "1e10 N/m^1.5"} for name in ("one", "two")
     }
-    assert "where the clearances let the centres apart" in said(gp.load_case(doc))
+    assert "with the centres as far apart as the clearances allow" in said(gp.load_case(doc))

@@ -141,7 +141,7 @@ def test_meshes_elsewhere_than_along_x_start_at_their_own_phase() -> None:
         ({"planets": {"count": 2, "angles": [0.0, 3.0]}}, "must be a whole number of steps of 360/(20 + 60)"),
         ({"planets": {"count": 2, "angles": [0.0]}}, "must have 2 items, one for each planet"),
         ({"support": None}, "planetary.stage.pin: is required, or support"),
-        ({"pin": SLEEVE}, "must not be given beside support"),
+        ({"pin": SLEEVE}, "must not be given together with support"),
         ({"stiffness": None}, "planetary.stage.sun_planet: is required, or stiffness"),
         ({"pin_errors": [{"planet": 5}]}, "must be at most 4, the number of planets"),
         ({"pin_errors": [{"planet": 1}, {"planet": 1}]}, "must not be named twice"),

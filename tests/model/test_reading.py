@@ -255,3 +255,20 @@ def test_case__a_stored_result_is_named_as_one(tmp_path: Path) -> None:
         InputError, match=r"must be a case, not a stored result. Pass what gearplay.read_result returns"
     ):
         gp.load_sharing(str(place))
+
+
+@pytest.mark.parametrize(
+    ("field", "table"),
+    [("sleeve", r"\[sleeves.wheel\]"), ("bearing", r"\[bearings.wheel\]"), ("mesh", r"\[\[meshes\]\]")],
+)
+def test_a_part_written_into_its_rotor_names_its_table(field: str, table: str) -> None:
+    document = {"rotors": {"wheel": {"mass": 1.0, "inertia": 1.0, field: {}}}, "run": {"duration": 1.0}}
+    with pytest.raises(
+        gp.InputError, match=rf"rotors\.wheel\.{field}: unknown field\. Write it as a table: {table}"
+    ):
+        gp.load_case(document)
+
+
+def test_a_missing_table_is_named_with_its_required_fields() -> None:
+    with pytest.raises(gp.InputError, match=r"run: is required\. Add a table \[run\] with duration\."):
+        gp.load_case({"rotors": {"wheel": {"mass": 1.0, "inertia": 1.0}}})

@@ -10,19 +10,19 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 HEAD = """# Mutation
 
-Written by `make mutation`; do not edit. Do the tests notice when the physics is wrong? One sign, number,
-comparison or loop of `kernels`, `integrate`, `parts` or of the computing half of `model` is changed by
-[cosmic-ray](https://cosmic-ray.readthedocs.io), and the tests are run at small size until one fails. Places
-are drawn at random, every place alike; type hints, messages and names of signals are none. A mutant that no
-test notices is judged by hand in `tests/mutation/judged.toml`:
+Written by `make mutation`; do not edit. How many errors of the physics do the tests detect? One sign, number, comparison
+or loop of `kernels`, `integrate`, `parts` or of the computing part of `model` is changed by
+[cosmic-ray](https://cosmic-ray.readthedocs.io), and the tests run at small size until one fails. Places are drawn
+uniformly; type hints, messages and names of signals are excluded. An undetected mutant is judged by hand in
+`tests/mutation/judged.toml`:
 
-* *equivalent*: no number that anybody sees can differ;
-* *speed only*: the same motion, reached with more or less work;
+* *equivalent*: no visible number can differ;
+* *speed only*: the same motion with more or less work;
 * *rounding*: a margin of tolerances or of rounding, which no law fixes;
-* *closed*: a hole that the test named closes; it notices the mutant now;
-* *open*: a hole.
+* *closed*: detected by the test named, which was added for it;
+* *open*: not detected.
 
-Of two shares the first is what to expect of a mutant that was never drawn; in the second the drawn holes are closed.
+The first share below is the expected detection of a new mutant; the second includes the tests that were added.
 """
 
 
@@ -44,6 +44,10 @@ def judgements() -> dict[str, dict[str, str]]:
     return {each["mutant"]: each for each in judged["survivor"]}
 
 
+def _package(module: str) -> str:
+    return module.partition("/")[0]
+
+
 def write_page(rows: Sequence[Mapping[str, Any]], counts: Mapping[str, int], seed: int) -> None:
     """Turn rows of mutants into the page."""
     if not rows:
@@ -54,20 +58,18 @@ def write_page(rows: Sequence[Mapping[str, Any]], counts: Mapping[str, int], see
     killed = sum(bool(row["by"]) for row in rows)
     first = sum(bool(row["by"]) and name not in closed for row, name in zip(rows, names, strict=True))
     lines = [HEAD, f"{len(rows)} mutants of {sum(counts.values())} places, seed {seed}.", ""]
-    for words, number in (("before holes were closed", first), ("now", killed)):
+    for words, number in (("before tests were added", first), ("now", killed)):
         low, high = interval(number, len(rows))
         share = f"{100 * number / len(rows):.0f} % (95 % interval: {100 * low:.0f} to {100 * high:.0f} %)"
-        lines.append(f"* Noticed {words}: {number}, {share}.")
+        lines.append(f"* Detected {words}: {number}, {share}.")
     hours = sum(row["seconds"] for row in rows) / 3600.0
     by_fast = sum(bool(row["by"]) and row["stage"] == 0 for row in rows)
     lines += [f"* {by_fast} of them by the fast tests; {hours:.1f} h in all on one core.", ""]
-    lines += ["| module | places | mutants | noticed |", "|---|---:|---:|---:|"]
+    lines += ["| package | mutants | detected |", "|---|---:|---:|"]
     tally: dict[str, list[bool]] = defaultdict(list)
     for row in rows:
-        tally[row["module"]].append(bool(row["by"]))
-    lines += [
-        f"| `{name}` | {counts[name]} | {len(each)} | {sum(each)} |" for name, each in sorted(tally.items())
-    ]
+        tally[_package(row["module"])].append(bool(row["by"]))
+    lines += [f"| `{name}` | {len(each)} | {sum(each)} |" for name, each in sorted(tally.items())]
     lines += ["", "## Judged", "", "| where | change | verdict | why |", "|---|---|---|---|"]
     for row, name in sorted(zip(rows, names, strict=True), key=lambda pair: pair[1]):
         if row["by"] and name not in closed:

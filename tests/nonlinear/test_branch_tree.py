@@ -128,7 +128,7 @@ def test_constants_of_a_map() -> None:
 
 def test_branch__an_invalid_request_is_reported() -> None:
     with pytest.raises(
-        SimulationError, match=r"there is no orbit of order 2 .* repeats after 1 of 2 periods"
+        SimulationError, match=r"no periodic orbit of order 2 .* repeats after 1 of 2 periods"
     ):
         gp.branches(pair(), FORCE, "16 um", "17 um", order=2)
     with pytest.raises(InputError, match="doublings = 9"):

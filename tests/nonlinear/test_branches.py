@@ -97,7 +97,7 @@ def test_bounds_and_ends() -> None:
         follow_branch(LOGISTIC, start, Settings(low=3.0, high=4.0, size=1.0))
     few = follow_branch(LOGISTIC, start, Settings(low=2.5, high=4.0, size=1.0, orbits=5))
     assert (len(few.orbits), few.ended) == (5, "the number of orbits is reached")
-    with pytest.raises(SimulationError, match="only the orbit of half the order is here"):
+    with pytest.raises(SimulationError, match="only the orbit of half the order exists here"):
         doubled(LOGISTIC, find_orbit(LOGISTIC, np.array([0.6]), 2.9))
 
 
@@ -295,7 +295,7 @@ def test_stable_branch__equals_the_sweeps(family: StrobeMap, resonance: Branch, 
     jumps = [f for f, seen in hysteresis.items() if len(seen) == 2 and abs(seen[0] - seen[1]) > 1e-5]
     assert jumps
     assert folds[0] - 0.02 < min(jumps) < max(jumps) < folds[1] + 0.02
-    measured("stable branches against sweeps up and down [natural sizes]", worst, "1e-6")
+    measured("stable branches against sweeps up and down [scaled]", worst, "1e-6")
     assert worst < 1e-6
 
 

@@ -24,7 +24,7 @@ def test_exponents_of_the_linear_pair_are_its_damping(measured: Any) -> None:
     case = torsional_pair(0.7, damping_ratio=0.03, mean_force=1.0, force=0.2, backlash=False)
     found = lyapunov_exponents(case, duration=1000.0 * period_of(0.7), transient=0.0)
     error = np.max(np.abs(found.values / (0.03 * NATURAL_FREQUENCY) + 1.0))
-    measured("exponents of the damped linear pair", error, "1e-2 (of their turning within a block)")
+    measured("exponents of the damped linear pair", error, "1e-2")
     assert error < 1e-2
     assert np.all(np.abs(found.values + 0.03 * NATURAL_FREQUENCY) <= found.errors)
 

@@ -64,7 +64,7 @@ def test_stability_chart_of_meissner(measured: Any) -> None:
             if abs(abs(trace) - 2.0) > 0.005 * 2.0:
                 counted += 1
                 right += (abs(trace) > 2.0) == (abs(np.trace(matrix)) > 2.0)
-    measured("Meissner's chart: points right away from the edges", right / counted, "all")
+    measured("Meissner's chart: share of points that agree, edges left out", right / counted, "all")
     measured("trace over a period of the square wave", worst, "1e-6")
     assert right == counted > 370
     assert worst < 1e-6
@@ -89,7 +89,7 @@ def test_an_orbit_that_rattles_is_reached_by_waiting(
     assert orbit.stable
     settled = period_map.settle(orbit.states[0] + 0.01 * period_map.scale, frequency, 100 * order)
     error = np.min(np.max(np.abs(settled - orbit.states) / period_map.scale, axis=1))
-    measured("orbit by shooting against where the motion settles [natural sizes]", error, "1e-8")
+    measured("orbit by shooting against where the motion settles [scaled]", error, "1e-8")
     assert error < 1e-8
     moved = orbit.states[0] + 1e-6 * period_map.scale
     decayed = period_map.settle(moved, frequency, order) - orbit.states[0]

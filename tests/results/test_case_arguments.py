@@ -232,7 +232,7 @@ def test_calibrate__a_case_without_mesh_in_a_folder_that_is_not_there(tmp_path: 
     fits = {fit["model"]: fit for fit in found.document["fits"]}
     assert [len(fits[name]["parameters"]) for name in ("spring", "both")] == [1, 2]
     assert [row["case"] for row in fits["both"]["parameters"]] == [1e6, 20.0]
-    assert found.message.startswith(("90 % intervals of the model ", "The data tell none of the "))
+    assert found.message.startswith(("90 % intervals of the model ", "The data identify none of the "))
 
 
 def test_calibrate__orders_need_a_mesh() -> None:

@@ -1,4 +1,4 @@
-"""Limits and Ctrl-C are heeded while a motion goes on, while its samples are computed and while they are saved."""
+"""Limits and Ctrl-C during the integration, the computation of samples and their saving."""
 
 import signal
 import threading

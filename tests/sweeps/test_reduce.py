@@ -338,7 +338,7 @@ def test_orders_need_a_mesh() -> None:
     }
     case = gp.load_case(disc)
     document = {"case": disc, "reduce": [reduction("line", at="disc", order=1)]}
-    with pytest.raises(InputError, match="must be near, for a case without a mesh"):
+    with pytest.raises(InputError, match="must not be given: the case has no mesh"):
         Reducer(load_sweep(document), case, pack(case))
 
 

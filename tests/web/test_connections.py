@@ -1,4 +1,4 @@
-"""Connections that end nowhere: half-open ones, requests cut short, bodies too large; and a server that others can reach."""
+"""Connections to the page: half-open ones, requests cut short, large bodies, ten thousand requests."""
 
 import asyncio
 import contextlib

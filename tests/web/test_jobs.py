@@ -1,4 +1,4 @@
-"""Jobs over the WebSocket: many clients at once, a full queue, cancelling, limits, a killed server, a killed worker."""
+"""Jobs of the page: many clients, full queue, cancellation, limits, killed server and worker."""
 
 import asyncio
 import contextlib

@@ -1,4 +1,4 @@
-"""Who may talk to the server: hosts and origins on every route, other sites and rebound names in a real browser, injections."""
+"""Access to the page: hosts, origins and rebound names on every route, in a real browser; injections."""
 
 import contextlib
 import json

@@ -45,7 +45,7 @@ def _member(name: str, content: bytes) -> list[bytes]:
 
 
 def static_library(target: str) -> Path:
-    """Return the kernels of a platform as a static library; a process of its own builds it where it is not there.
+    """Return the kernels of a platform as a static library; built in a child process if missing.
 
     Raises `LibraryError` where it cannot be built.
     """

@@ -37,7 +37,7 @@ def import_kernels() -> None:
 def object_files(
     folder: Path, targets: Sequence[str], progress: Callable[[int, int], None]
 ) -> dict[str, list[Path]]:
-    """Return the object files of all kernels for each platform, kernels in the order of their names; compile what lacks.
+    """Return the object files of all kernels for each platform, kernels in the order of their names; compile missing ones.
 
     ``folder`` keeps them; what is complete stays there when the build ends early. ``progress`` gets what is done of what there
     was to do.

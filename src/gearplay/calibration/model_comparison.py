@@ -15,7 +15,7 @@ from gearplay.calibration.trials import Trial
 Floats = NDArray[np.float64]
 STRONG = 3.0  # ln of odds 20 : 1, "strong" after Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773
 CLEAR = 2.0  # standard errors
-OPEN = "cannot be told"
+OPEN = "undecided"
 GROUPS = 4  # of trials that are left out in turn
 FEWER_POINTS = 500  # of the posteriors without a group
 
@@ -44,10 +44,16 @@ def leave_one_out(
     points: int = 1000,
     seed: int = 0,
 ) -> list[LeftOut]:
-    """Predict each condition from the posterior of all the others; the emulator holds simulations only, no data."""
+    """Predict each condition from the posterior of all the others; none of a single condition, which has no others.
+
+    The emulator holds simulations only, no data.
+    """
     data = surrogate.comparison.data
-    found = []
-    for condition in dict.fromkeys(d.condition for d in data):
+    found: list[LeftOut] = []
+    conditions = list(dict.fromkeys(d.condition for d in data))
+    if len(conditions) < 2:
+        return found
+    for condition in conditions:
         inside = np.array([d.condition != condition for d in data])
         posterior = sample_posterior(
             surrogate, parameters, discrepancy=discrepancy, chosen=inside, points=points, seed=seed
@@ -164,8 +170,8 @@ class PairComparison:
         outcome = f"{self.winner} explains the data better" if self.winner != OPEN else OPEN
         return (
             f"{self.first} against {self.second}: {outcome}. ln odds {self.log_odds:+.1f} ± {_shown(self.log_odds_error)}"
-            f" (told from ±{STRONG:g}), predictions of left-out conditions {self.predictive:+.1f}"
-            f" ± {_shown(self.predictive_error)} (told from {CLEAR:g} standard errors), BIC {self.bic:+.1f}."
+            f" (decisive beyond ±{STRONG:g}), predictions of left-out conditions {self.predictive:+.1f}"
+            f" ± {_shown(self.predictive_error)} (decisive beyond {CLEAR:g} standard errors), BIC {self.bic:+.1f}."
         )
 
 
@@ -214,7 +220,7 @@ class ReadingConclusion:
     def words(self) -> str:
         """The conclusion in one sentence."""
         if len(self.models) < 2:
-            return f"{OPEN}: {self.models[0]} is the only model, so there is nothing to compare."
+            return f"No comparison: {self.models[0]} is the only model."
         if self.winner == OPEN:
             return f"{OPEN}: no model beats every other."
         return f"{self.winner} explains the data better than {_others(len(self.models))}."
@@ -239,7 +245,7 @@ def conclude(standings: Mapping[str, Sequence[Standing]]) -> Conclusion:
     >>> conclude({"absolute": [good, bad]}).overall
     'good'
     >>> conclude({"absolute": [good, bad], "displacement": [good]}).overall  # only one model there
-    'cannot be told'
+    'undecided'
     """
     readings = tuple(
         ReadingConclusion(reading, tuple(s.model for s in found), tuple(compare_pairs(found)))

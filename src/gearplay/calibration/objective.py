@@ -22,21 +22,12 @@ from gearplay.calibration.trials import Problem, Trial
 from gearplay.files.measurements import read_measurement
 from gearplay.files.record import Channel
 from gearplay.model import rolling
+from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.quantities import ACCELERATION
 
 Floats = NDArray[np.float64]
 Measurements = Mapping[str, Mapping[str, Mapping[str, Observed]]]  # by condition, target, key
-
-
-ACCELERATIONS = {
-    "m/s^2": 1.0,
-    "m/s²": 1.0,
-    "m/s2": 1.0,
-    "m/s/s": 1.0,
-    "m s-2": 1.0,
-    "mm/s^2": 1e-3,
-    "gravity": 9.80665,
-}
 
 
 @dataclass(frozen=True)
@@ -71,7 +62,7 @@ def data_of(plan: Plan, measurements: Measurements) -> tuple[Datum, ...]:
 
 
 def printed_measurements(plan: Plan) -> dict[str, dict[str, dict[str, Observed]]]:
-    """Return the values that the plan itself gives, by condition and target."""
+    """Return the measured values given in the plan, by condition and target."""
     return {
         condition.name: {
             name: {
@@ -112,20 +103,25 @@ def measurements_of(plan: Plan, folder: Path) -> dict[str, dict[str, dict[str, O
     return found
 
 
+def _acceleration_factor(channel: Channel, at: int) -> float:
+    """Return the factor to m/s^2 of a channel of condition ``at``; `InputError` where it has no unit of acceleration."""
+    spelled = "m/s^2" if channel.unit == "m s-2" else channel.unit
+    try:
+        return parse_quantity(f"1 {spelled}", ACCELERATION)
+    except UnitError:
+        cure = f'Write the unit behind its name in the file, as "{channel.name} [m/s^2]", or name the channel of an acceleration'
+        shown = f"{channel.name} [{channel.unit}]"
+        raise InputError.of(
+            f"conditions.{at}.channel", shown, "must have a unit of acceleration", cure
+        ) from None
+
+
 def _pieces(plan: Plan, condition: Condition, at: int, folder: Path) -> Floats:
     """Return the record's accelerations [m/s^2] as the simulation's are sampled and cut, shape [piece, time]."""
     where = f"conditions.{at}.record"
     path = folder / str(condition.record)
     channel = read_measurement(path).channel(condition.channel)
-    factor = ACCELERATIONS.get(channel.unit)
-    if factor is None:
-        cure = f"Units of acceleration: {', '.join(ACCELERATIONS)}"
-        raise InputError.of(
-            f"conditions.{at}.channel",
-            f"{channel.name} [{channel.unit}]",
-            "must be an acceleration",
-            cure,
-        )
+    factor = _acceleration_factor(channel, at)
     averaged = _averaged(channel, plan.simulation.sampling, where)
     length = round(plan.simulation.duration * plan.simulation.sampling) - 1  # increments between the samples
     count = averaged.size // length

@@ -134,7 +134,7 @@ class Condition(Part):
 
 
 class Model(Part):
-    """One of the models that compete: changes of the case, and the parameters that it frees; the others stay as in the case."""
+    """One of the compared models: changes of the case and its free parameters; other parameters keep the value of the case."""
 
     name: Text
     set: Changes = Field(default_factory=dict)
@@ -154,7 +154,7 @@ class Sensor(Part):
 
 
 class Simulation(Part):
-    """How each trial is simulated: members with common random numbers."""
+    """Simulation of each trial: members with common random numbers."""
 
     members: Annotated[int, Field(ge=2, le=10_000)] = 4
     duration: Annotated[float, Measure(q.TIME, "record of each member", gt=0.0)] = 4.0
@@ -164,7 +164,7 @@ class Simulation(Part):
 
 
 class Effort(Part):
-    """How long to search: trials per model, of which the last ``polish`` refine the best."""
+    """Effort of the search: trials per model, of which the last ``polish`` refine the best."""
 
     evaluations: Annotated[int, Field(ge=8, le=1_000_000)] = 2000
     startup: Annotated[int, Field(ge=4, le=1_000_000)] = 256  # evenly spread, before the guided search

@@ -62,7 +62,7 @@ class Surrogate:
 
     @classmethod
     def of(cls, comparison: Comparison, trials: Sequence[Trial], *, everywhere: bool = False) -> "Surrogate":
-        """Fit to the good trials: those that matter near the best, or ``everywhere`` alike.
+        """Fit to the finished trials, weighted towards the best, or ``everywhere`` with equal weights.
 
         The mean's error is the leave-one-out scatter less what single trials scatter by themselves, but at least
         `LEAST_ERROR` of it: the polynomial's own noise, and trials whose own errors are overestimated.
@@ -114,7 +114,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Posterior:
-    """Equally likely points of the posterior; ``log_evidence`` with its error is ln of the mean likelihood over the prior."""
+    """Equally weighted sample of the posterior; ``log_evidence`` with its error is ln of the mean likelihood over the prior."""
 
     points: Points
     log_evidence: float

@@ -29,7 +29,7 @@ class Recovered:
 
 @dataclass(frozen=True)
 class Recovery:
-    """How well one parameter is recovered over all data sets.
+    """Recovery of one parameter over all data sets.
 
     ``identified`` counts the data sets that declare it identified; ``median_error`` is the median of |found / true - 1| [%] over
     those, NaN without any; ``coverage`` the share of all data sets whose 90 % interval holds the true value.
@@ -44,7 +44,7 @@ class Recovery:
 def synthetic(
     problem: Problem, number: int, *, members: int, noise: float
 ) -> tuple[tuple[float, ...], Observations]:
-    """Return a true point and synthetic data there: out-of-sample members, and noise [decades] on every number."""
+    """Return drawn parameters and synthetic data of them, from out-of-sample members with noise [decades]."""
     plan = problem.plan
     generator = np.random.default_rng([plan.effort.seed, TRUE_SEED, number])
     unit = tuple(float(u) for u in generator.uniform(MARGIN, 1.0 - MARGIN, len(problem.parameters)))

@@ -97,36 +97,43 @@ def summary_of(plan: Plan, fits: Sequence[Fit], spans: Spans, conclusion: Conclu
     reading = fits[0].reading
     own = [fit for fit in fits if fit.reading == reading]
     where = "" if len(_readings(fits)) == 1 else f" (reading {reading})"
+    single = len(plan.conditions) == 1
     errors = "; ".join(
-        f"{fit.model} {fixed(fit.amplitude_error, 0)} % and {fixed(mean_error(fit.held_out, frequencies=False), 0)} %"
+        f"{fit.model} {fixed(fit.amplitude_error, 0)} %"
+        + ("" if single else f" and {fixed(mean_error(fit.held_out, frequencies=False), 0)} %")
         for fit in own
     )
+    which = "on fresh members" if single else "on fresh members, and under conditions left out of the fit"
     named = next((fit for fit in own if fit.model == conclusion.overall), None)
     best = named or min(own, key=lambda fit: fit.amplitude_error)
     return [
         _interval_words(best, spans[best.model]),
         *(_sentences(conclusion)[:1] if len(plan.models) > 1 else []),
-        f"Mean error of amplitudes on fresh members, and under conditions left out of the fit{where}: {errors}.",
+        f"Mean error of amplitudes {which}{where}: {errors}.",
+        *(["The plan has one condition: no other record tests the fit."] if single else []),
         *_unsettled(plan, own),
     ]
 
 
 def _interval_words(fit: Fit, spans: Sequence[Span]) -> str:
     """Return the sentence about a fit's parameters: each interval against the value of the case."""
-    identified, open_names = [], []
+    identified, others = [], []
     for span, each in zip(spans, fit.intervals, strict=True):
         name, unit = span.name.replace("_", " "), "" if span.unit == "1" else f" {span.unit}"
-        if not each.identified:
-            open_names.append(name)
-            continue
         words = f"{name} {span.words(each.low)} to {span.words(each.high)}{unit}"
+        if not each.identified:
+            others.append(words)
+            continue
         if math.isfinite(span.drawn):
             place = "below" if span.drawn < each.low else "above" if span.drawn > each.high else "inside"
             words += f" (the case's {span.words(span.drawn)} lies {place})"
         identified.append(words)
     if not identified:
-        return f"The data tell none of the {len(spans)} parameters of the model {fit.model}."
-    rest = f"; the data do not tell {', '.join(open_names)}" if open_names else ""
+        return (
+            f"The data identify none of the {len(spans)} parameters of the model {fit.model}; 90 % intervals:"
+            f" {', '.join(others)}."
+        )
+    rest = f"; not identified: {', '.join(others)}" if others else ""
     return f"90 % intervals of the model {fit.model}: {', '.join(identified)}{rest}."
 
 

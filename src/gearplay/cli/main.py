@@ -163,7 +163,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def run(words: Sequence[str], *, debug: bool = False) -> int:
-    """Run one command and return its exit code; every error a user can meet ends here.
+    """Run one command and return its exit code; handles every error of a user.
 
     With `debug`, errors are raised as they are.
     """

@@ -57,6 +57,8 @@ def run(
     with interruptible() as stop:  # libraries that load may swallow the exception, not the event
         from gearplay.files.atomic import check_new
         from gearplay.files.netcdf import check_ending
+        from gearplay.kernels.compiled import INTERPRETED
+        from gearplay.kernels.library import library
         from gearplay.model.reading import load_case
         from gearplay.results.output_shaft import check_rotor
         from gearplay.results.simulate import simulate
@@ -68,6 +70,8 @@ def run(
         check_rotor(chosen, output)
         if stop.is_set():
             raise KeyboardInterrupt
+        if not INTERPRETED:
+            library()  # its build after an installation is no part of the time of the run
         began, elapsed = perf_counter(), 0.0
         try:
             with progress_bar(quiet=json) as report:

@@ -1,4 +1,4 @@
-"""`gearplay validate`: published numbers beside ours."""
+"""`gearplay validate`: published numbers compared with those of gearplay."""
 
 import typer
 
@@ -9,7 +9,7 @@ from gearplay.vocabulary.exit_codes import BROKEN
 
 
 def validate(json: Json = False) -> None:
-    """Print published numbers beside gearplay's own.
+    """Compare published numbers with those of gearplay.
 
     Gear geometry, backlash from allowances, stiffness of teeth, natural frequencies, rolling bearings, events and temperature,
     each with its deviation, tolerance and source. Exit code 1 where a deviation is beyond its tolerance.

@@ -42,7 +42,7 @@ def _taken(path: Path, rule: str) -> TakenError:
 
 
 def check_new(path: Path, *, overwrite: bool, size: float = 0.0) -> None:
-    """Refuse a file that cannot be written, or exists and may not be replaced (`TakenError`); before anything is computed for it.
+    """Refuse a file that cannot be written, or exists and may not be replaced (`TakenError`); called before the computation.
 
     Only a plain file of this user's own is ever replaced. ``size`` is about how large it will be [bytes], if that is known.
     """

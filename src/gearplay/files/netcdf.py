@@ -106,7 +106,7 @@ def open_dataset(path: Path) -> "xr.Dataset":
 
 @contextmanager
 def opened(path: Path) -> Iterator[Stored]:
-    """Open a result file for reading arrays by name, without xarray; what is found wrong within the block is refused.
+    """Open a result file for reading arrays by name, without xarray; faults found within the block become `InputError`.
 
     Raises `InputError` as `read_dataset`.
     """

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Channel:
     """One evenly sampled signal.
 
@@ -53,6 +53,10 @@ class Channel:
     start: float = 0.0
     attributes: Mapping[str, str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        unit = f", {self.unit}" if self.unit else ""
+        return f"<gearplay channel {self.name}: {self.size} samples at {self.sampling:g} Hz{unit}>"
+
     @property
     def size(self) -> int:
         """Number of samples."""
@@ -69,7 +73,7 @@ class Channel:
         return self.start + np.arange(self.size) / self.sampling
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Record:
     """Channels taken together, measured or simulated.
 
@@ -103,10 +107,16 @@ class Record:
     format: str = "simulated"
     attributes: Mapping[str, str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        return f"<gearplay record {self.message}; channels {self._shown_names() or 'none'}>"
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the channels, in order."""
         return tuple(channel.name for channel in self.channels)
+
+    def _shown_names(self) -> str:
+        return ", ".join(self.names[:12]) + (", ..." if len(self.names) > 12 else "")
 
     def channel(self, name: str | None = None) -> Channel:
         """Return one channel by its name; without a name the only one.
@@ -122,9 +132,18 @@ class Record:
         for channel in self.channels:
             if channel.name == name:
                 return channel
-        shown = ", ".join(self.names[:12]) + (", ..." if len(self.names) > 12 else "")
-        close = get_close_matches(name or "", self.names, 1)
-        cure = f"Did you mean '{close[0]}'?" if close else f"Channels: {shown or 'none'}"
+        channels = f"Channels: {self._shown_names() or 'none'}"
+        if name is None:
+            rule = (
+                "is required: the record has several channels"
+                if self.channels
+                else "there is none in the record"
+            )
+            raise InputError.of(
+                "channel", NO_VALUE, rule, channels if self.channels else "Take another record"
+            )
+        close = get_close_matches(name, self.names, 1)
+        cure = f"Did you mean '{close[0]}'?" if close else channels
         raise InputError.of("channel", name, "must be a channel of the record", cure)
 
     @property

@@ -63,7 +63,7 @@ class DescribingFunction(OfDataset):
         return "stable limit cycle predicted: " + "; ".join(found)
 
     def rows(self) -> Sequence[tuple[str, str]]:
-        """Return what the prediction leaves out."""
+        """Return the effects that the prediction omits."""
         return [
             (
                 "left out",

@@ -46,7 +46,7 @@ class Held:
         return list(self.source.rotors).index(self.at)
 
     def smooth(self, turn: float = 0.0) -> Smooth:
-        """Return the system in the layout of the kernels, its gears turned so that ``at`` stands at an angle [rad]."""
+        """Return the kernels' arrays of the system with its gears turned so that ``at`` has a rotation [rad]."""
         hot = self.source.operating
         still = _unloaded(hot, dict.fromkeys(self.hold, 0.0), self.at, turn * self.ratios)
         packed = pack(still, turning=hot, moves=False)

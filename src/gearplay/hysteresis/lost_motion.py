@@ -21,7 +21,7 @@ from gearplay.model.reading import Source, replace
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -97,7 +97,7 @@ def lost_motion(
     Raises
     ------
     InputError
-        For rotors that do not hold the train, torques or a file that cannot be.
+        For rotors that do not hold the train, invalid torques, or an invalid file.
     SimulationError
         Where no equilibrium is found.
 
@@ -116,7 +116,7 @@ def lost_motion(
     for field, given in (("at", at), ("hold", hold), ("torque", torque)):
         if given is None:
             rule = "is required of a case"
-            raise InputError.of(field, None, rule, "Name output and input, and give the rated torque")
+            raise InputError.of(field, NO_VALUE, rule, "Name output and input, and give the rated torque")
     assert at is not None
     assert hold is not None
     base = case_of(case)

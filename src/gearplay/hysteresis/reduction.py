@@ -20,7 +20,7 @@ from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,6 +36,8 @@ QUANTITIES = {
     "friction": ("N m", "Coulomb friction of the turning train, seen at the output"),
 }
 """Unit and long name of each number."""
+ROUNDING = 1e-9
+"""Spread over members, of the value, that is rounding and not shown."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -62,11 +64,11 @@ class Reduction(OfDataset):
         """Return each number with its spread over members."""
         found = []
         for name, (unit, _) in QUANTITIES.items():
-            spread = (
-                f" ± {float(self.dataset[f'{name}_spread']):.3g}" if f"{name}_spread" in self.dataset else ""
-            )
-            more = f" = {self.value(name) * ARCMIN:.4g} arcmin" if unit == "rad" else ""
-            found.append((name, f"{self.value(name):.6g}{spread} {unit}{more}"))
+            value = self.value(name)
+            scatter = float(self.dataset.get(f"{name}_spread", 0.0))
+            spread = f" ± {scatter:.3g}" if scatter > ROUNDING * abs(value) else ""
+            more = f" = {value * ARCMIN:.4g} arcmin" if unit == "rad" else ""
+            found.append((name, f"{value:.6g}{spread} {unit}{more}"))
         return found
 
     def mujoco(self, name: str = "joint") -> str:
@@ -147,7 +149,7 @@ def reduce(
     given = base.rotors[at].load.torque if torque is None else torque
     if given == 0.0:
         rule = "is required, since the output has no load torque"
-        raise InputError.of("torque", None, rule, "Give the rated torque")
+        raise InputError.of("torque", NO_VALUE, rule, "Give the rated torque")
     rated = positive_of("torque", given, q.TORQUE)
     found = _joint(whole, rated)
     design = design_of(tolerances, base, members)

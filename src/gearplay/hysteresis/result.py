@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.hysteresis.cycle import ARCMIN, Curve, Numbers
+from gearplay.hysteresis.cycle import ARCMIN, SMALL, Curve, Numbers
 from gearplay.results.base import OfDataset
 
 if TYPE_CHECKING:
@@ -124,6 +124,19 @@ def dataset_of(
     return xr.Dataset(variables, coords=coords, attrs=dict(attributes))
 
 
+def _friction_caution(ds: xr.Dataset) -> str:
+    """Return a clause where friction exceeds 3 % of the rated torque, so that the lost motion leaves out the play."""
+    unloading, loading = (ds["angle"].sel(branch=name) for name in ("unloading", "loading"))
+    at_small = float((unloading - loading).interp(torque=SMALL * ds.attrs["rated_torque"]))
+    whole = float(ds["backlash"])
+    if at_small < 0.5 * whole or float(ds["lost_motion"]) > 0.5 * whole:
+        return ""
+    return (
+        f"; friction exceeds {100.0 * SMALL:g} % of the rated torque, so this lost motion does not include the play: "
+        + ("take the fitted play" if "play" in ds else "take the backlash, or set load.friction to 0")
+    )
+
+
 @dataclass(frozen=True, repr=False)
 class LostMotion(OfDataset):
     """Hysteresis curve of a train whose input is held, and its key numbers.
@@ -155,7 +168,7 @@ class LostMotion(OfDataset):
                 words += f"; {values.min():.4g} to {values.max():.4g} arcmin over {values.size} {title}"
                 if dim == "member":
                     words += f" ({ds.attrs['scatter']})"
-        return words
+        return words + _friction_caution(ds)
 
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return the key numbers, and the share of each clearance."""
@@ -181,7 +194,10 @@ class LostMotion(OfDataset):
         found.append(
             ("hysteresis loss", f"{float(ds['hysteresis_loss']):.4g} J{self._interval('hysteresis_loss')}")
         )
-        if "friction" in ds:
+        if "play" in ds:
+            found.append(
+                ("play, without friction", f"{float(ds['play']) * ARCMIN:.4g} arcmin{self._play_interval()}")
+            )
             found.append(("friction", f"{float(ds['friction']):.4g} N m{self._interval('friction')}"))
         if "clearance" in ds.dims:
             for k in np.argsort(-ds["lost_motion_part"].values).tolist():
@@ -189,6 +205,10 @@ class LostMotion(OfDataset):
                 name = str(ds["clearance"].values[k])
                 found.append((name, f"{part * ARCMIN:.4g} arcmin of it, {100.0 * share:.3g} %"))
         return found
+
+    def _play_interval(self) -> str:
+        low, high = self.dataset["play_interval"].values * ARCMIN
+        return f" ({low:.4g} to {high:.4g})"
 
     def _interval(self, name: str, place: int | None = None) -> str:
         if f"{name}_interval" not in self.dataset:

@@ -37,8 +37,8 @@ class Measured(NamedTuple):
 def read_curve(path: str | os.PathLike[str], columns: Sequence[str] | None) -> Measured:
     """Return two columns of a text table, named or numbered from 1, the first two if not given.
 
-    A unit stands in brackets behind the given name, or in the file's header; without one numbers are SI. Rows whose numbers are
-    missing or NaN are left out. Raises `InputError` for a file or column that there is not, `MeasurementError` for one without
+    Each unit stands in brackets behind the given name, or in the file's header. Rows whose numbers are missing or NaN are left
+    out. Raises `InputError` for a missing file or column and for a column without a unit, `MeasurementError` for a file without
     rows of numbers.
     """
     place = Path(path)
@@ -50,7 +50,7 @@ def read_curve(path: str | os.PathLike[str], columns: Sequence[str] | None) -> M
         raise InputError.of("columns", ", ".join(wanted), rule, "Name two, as TORQUE,ROTATION")
     places = [_place(name, layout) for name in wanted]
     factors = [
-        _factor(name, layout.units[at], quantity)
+        _factor(name, layout.names[at], layout.units[at], quantity)
         for name, at, quantity in zip(wanted, places, (q.TORQUE, q.ANGLE), strict=True)
     ]
     rows = split_rows([line for line in lines[layout.first :] if not is_comment(line)], layout.delimiter)
@@ -99,11 +99,13 @@ def _place(name: str, layout: Layout) -> int:
     raise InputError.of("columns", name, "must be a column of the file", cure)
 
 
-def _factor(name: str, unit: str, quantity: q.Quantity) -> float:
+def _factor(name: str, heading: str, unit: str, quantity: q.Quantity) -> float:
     """Return the factor to SI of the unit behind a given name, or of that in the file."""
     given = split_unit(name)[1] or unit
     if not given:
-        return 1.0
+        both = "--columns 'T [N m],phi [deg]'"
+        cure = f"Write torque and rotation with the unit of each: {both}"
+        raise InputError.of("columns", heading or name, "must have a unit", cure)
     try:
         return parse_quantity(f"1 {given}", quantity)
     except UnitError as error:

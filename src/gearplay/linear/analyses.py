@@ -18,7 +18,7 @@ from gearplay.model.reading import Source
 from gearplay.results.simulate import case_of
 from gearplay.schema.units import quantity_of
 from gearplay.vocabulary import quantities as q
-from gearplay.vocabulary.errors import InputError, ResourceError
+from gearplay.vocabulary.errors import NO_VALUE, InputError, ResourceError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -53,7 +53,7 @@ def modes(case: Source, *, load: str = "operating", speed: float | str | None = 
     Raises
     ------
     InputError
-        For a load or speed that cannot be.
+        For an invalid load or speed.
     SimulationError
         Where no equilibrium is found.
 
@@ -90,7 +90,7 @@ def campbell(case: Source, speeds: ArrayLike | Sequence[str], *, load: str = "op
     Raises
     ------
     InputError
-        For speeds that cannot be.
+        For invalid speeds.
     SimulationError
         Where no equilibrium is found.
 
@@ -156,7 +156,7 @@ def frequency_response(
     Raises
     ------
     InputError
-        For a force or coordinate that there is not, or frequencies that cannot be.
+        For an unknown force or coordinate, and for invalid frequencies.
     SimulationError
         Where no equilibrium is found.
 
@@ -190,7 +190,7 @@ def frequency_response(
     if path is None and values is None:
         if callable(case) and not isinstance(case, Case):
             rule = "is required where the case is a function"
-            raise InputError.of("path", None, rule, "Name its parameter, and give its values")
+            raise InputError.of("path", NO_VALUE, rule, "Name its parameter, and give its values")
         return response_of(linear_system(case_of(case), load=load), force, names, numbers)
     if path is None or values is None or not len(values):
         rule = "must be given together"

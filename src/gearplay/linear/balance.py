@@ -40,7 +40,7 @@ FALLING = -1e-9
 
 
 class Balance(NamedTuple):
-    """Where the search ended: scaled displacements, scaled forces left over, shape [coordinate], whether they balance."""
+    """End of the search: scaled displacements, scaled residual forces, shape [coordinate], whether they balance."""
 
     at: Floats
     left: Floats

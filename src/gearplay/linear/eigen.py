@@ -36,7 +36,7 @@ class Eigen(NamedTuple):
 
 
 def free_motions(stiffness: Floats, *, tolerance: float = FREE) -> Floats:
-    """Return orthonormal motions without a restoring force, in coordinates of unit own stiffness, and what scales these.
+    """Return orthonormal rigid-body motions in scaled coordinates (unit diagonal stiffness), and the scale.
 
     That is the null space of K_ij / sqrt(|K_ii K_jj|): its rank does not depend on how far stiffnesses are apart. A free motion
     is the returned column times the scales, shape [coordinate, 1 + motion], the first column.

@@ -205,7 +205,7 @@ class Linear:
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """Where everything is at rest under its loads.
+    """Static equilibrium under the loads.
 
     ``state`` is the kernels' state, ``matrix`` the derivative of its rates, shape [state, state]; ``closed`` names
     contacts; ``unbalanced`` is whether drives and loads would accelerate the train.

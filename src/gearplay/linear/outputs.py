@@ -29,7 +29,7 @@ class Output(NamedTuple):
 
 
 def output_of(system: LinearSystem, name: str) -> Output:
-    """Return an output by its name. Raises `InputError` for one that there is not."""
+    """Return an output by its name. Raises `InputError` for an unknown one."""
     none = np.zeros(len(system.coordinates))
     if name in system.coordinates:
         row = none.copy()

@@ -30,10 +30,10 @@ TAKEN = ("at", "frequency", "mode", "amplitude", "phase", "unit")
 
 @dataclass(frozen=True, repr=False)
 class FrequencyResponse(OfDataset):
-    """How displacements, torques and forces follow a harmonic excitation of amplitude 1.
+    """Response of displacements, torques and forces to a harmonic excitation of amplitude 1.
 
-    ``ds`` has ``amplitude``, in ``unit`` (at) per unit of the excitation, and ``phase`` [rad] before the excitation's cosine,
-    both (at, frequency); over a parameter (parameter, at, frequency), with ``natural_frequency`` (parameter, mode).
+    ``ds`` has ``amplitude``, in ``unit`` (at) per unit of the excitation, and ``phase`` [rad], its lead over the cosine, both
+    (at, frequency); over a parameter (parameter, at, frequency), with ``natural_frequency`` (parameter, mode).
     """
 
     result_kind = "frequency response"

@@ -71,7 +71,7 @@ class LinearSystem:
 
     @cached_property
     def damping(self) -> Floats:
-        """C [N s/m and so on], shape [coordinate, coordinate]."""
+        """Damping matrix C [N s/m, N s, N m s/rad], shape [coordinate, coordinate]."""
         return self.linear.damping(self.equilibrium.matrix)
 
     @cached_property
@@ -186,7 +186,7 @@ def linear_system(case: Case, *, load: str = "operating", speed: float | None = 
     """Return a case as a linear system about its equilibrium.
 
     ``load`` is "operating" or "none"; ``speed`` [rad/s] is that of its leading rotor, None for a train at rest under its load.
-    Raises `InputError` for a load that there is not, a speed that cannot be, or a massless rotor that nothing elastic holds,
+    Raises `InputError` for an unknown load, an invalid speed, or a massless rotor without an elastic support,
     `SimulationError` where no equilibrium is found.
     """
     if load not in ("operating", "none"):
@@ -199,7 +199,7 @@ def linear_system(case: Case, *, load: str = "operating", speed: float | None = 
 
 
 def places_of(system: LinearSystem, names: Sequence[str]) -> list[int]:
-    """Return the places of coordinates; `InputError` for one that there is not, or is held."""
+    """Return the places of coordinates; `InputError` for one that is unknown or held."""
     found = []
     for name in names:
         if name not in system.coordinates:

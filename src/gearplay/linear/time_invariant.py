@@ -52,7 +52,7 @@ class Smooth:
     frames: CarrierFrames
 
     def arms(self) -> Iterator[tuple[int, int, tuple[float, float]]]:
-        """Yield every rotor that is carried, its carrier, and the vector [m] from the carrier's centre to its own."""
+        """Yield every rotor on a carrier, the carrier, and the vector [m] from the carrier's centre to the rotor's."""
         names = list(self.case.rotors)
         for i, on in enumerate(self.carriers):
             if on >= 0:

@@ -83,7 +83,7 @@ Start = Annotated[
 
 
 class Run(Part):
-    """How long, how finely and how often to simulate."""
+    """Settings of the simulation: duration, sampling, tolerance, ensemble, limits."""
 
     duration: Annotated[float, Measure(q.TIME, "recorded time", gt=0.0, le=1e6)]
     transient: Annotated[float, Measure(q.TIME, "time simulated before recording starts", ge=0.0, le=1e6)] = (
@@ -328,7 +328,7 @@ class Case(Part):
 
     @property
     def differs_by_member(self) -> bool:
-        """Whether each member has a mechanism of its own: a random record of the housing, or teeth drawn within a class."""
+        """Whether the mechanism differs between members: a random record of the housing, or deviations drawn within a class."""
         if self.base is not None and self.base.is_per_member:
             return True
         gears = (gear for rotor in self.rotors.values() for gear in (rotor, *rotor.gears.values()))

@@ -278,7 +278,7 @@ def _passing(found: SetFrequencies) -> str:
         return ""
     return (
         f", planets pass a place on the ground at {found.carrier_passing:.6g} Hz, sidebands "
-        f"{found.mesh:.6g} +- {found.carrier_passing:.6g} Hz"
+        f"{found.mesh:.6g} ± {found.carrier_passing:.6g} Hz"
     )
 
 
@@ -294,6 +294,6 @@ def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]
             yield Finding(
                 "note",
                 f"sleeves.{name}.radial_clearance",
-                f"motion within the clearance bounds the line of acceleration at the mesh frequency, "
-                f"{frequency:.4g} Hz, to {bound:.3g} m/s^2.",
+                f"the acceleration of a motion within the clearance has a line of at most {bound:.3g} m/s^2 at the mesh "
+                f"frequency, {frequency:.4g} Hz.",
             )

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def deviation_findings(case: Case) -> Iterator[Finding]:
-    """Yield findings about quality and tip relief, once for pairs that are alike, as those of planets are."""
+    """Yield findings about quality and tip relief, once for identical pairs, such as those of planets."""
     found = [each for j in range(len(case.meshes)) for each in _findings(case, j)]
     alike: dict[tuple[str, str], list[tuple[str, Finding]]] = {}
     for key, names, each in found:

@@ -21,7 +21,7 @@ SAME_RATIO: Final = 5e-4
 
 
 def pair_findings(case: Case) -> Iterator[Finding]:
-    """Yield a note for each pair of gears, with all its names for pairs that are alike, as those of planets are."""
+    """Yield a note for each pair of gears, with all names of identical pairs, such as those of planets."""
     alike: dict[tuple[Any, ...], list[int]] = {}
     for j, row in enumerate(pair_table(case)):
         frame = rolling_frame(case, j)
@@ -142,7 +142,7 @@ def _frequencies(case: Case, j: int) -> str:
     if frame is not None:
         beside = ", ".join(f"{name} {f:.6g} Hz" for name, f in found.rotations.items())
         said.append(f"relative to {frame} {beside}")
-    said.append("sidebands " + ", ".join(f"{found.mesh:.6g} +- {f:.6g} Hz" for f in found.rotations.values()))
+    said.append("sidebands " + ", ".join(f"{found.mesh:.6g} ± {f:.6g} Hz" for f in found.rotations.values()))
     said.append(f"hunting tooth {found.hunting_tooth:.6g} Hz")
     said.append(f"common period {found.common_period:.6g} s ({found.mesh_periods} mesh periods)")
     return "; ".join(said)

@@ -127,9 +127,9 @@ def _contact_ratio(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
         yield Finding(
             "warning",
             f"meshes.{j}",
-            f"the contact ratio, {installed:.3g}, falls to {least:.3g} where the clearances let the centres "
-            f"{'together' if pair.internal else 'apart'}: between two pairs of teeth nothing would be in contact. Lower the "
-            "clearances, or lengthen the addenda.",
+            f"the contact ratio, {installed:.3g}, falls to {least:.3g} with the centres as "
+            f"{'close' if pair.internal else 'far apart'} as the clearances allow: between two pairs of teeth nothing would be "
+            "in contact. Lower the clearances, or lengthen the addenda.",
         )
 
 

@@ -75,7 +75,7 @@ def _floating_faults(
 
 
 def _holder_faults(table: str, holders: Mapping[str, Holder | Raw], names: set[str]) -> Iterator[Fault]:
-    """Refuse parts that hold rotors, or are on rotors, that there are not."""
+    """Refuse parts that hold unknown rotors or are mounted on them."""
     for name, holder in holders.items():
         if name not in names:
             path = join_path([table, name])
@@ -232,7 +232,7 @@ def _sensor_faults(rotors: Mapping[str, Rotor | Raw], names: set[str]) -> Iterat
 
 
 def _faults_of_parts(parts: Mapping[str, Any]) -> Iterator[Fault]:
-    """Refuse faults of parts that there are not, or that do not fit theirs."""
+    """Refuse faults of unknown parts, and faults that do not fit their part."""
     for index, fault in enumerate(parts.get("faults", ())):
         if not isinstance(fault, PartFault):
             continue

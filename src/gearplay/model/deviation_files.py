@@ -18,7 +18,7 @@ def fill_deviations(given: dict[str, Any], path: str, folder: Path) -> None:
         del given[field]
         for column in names:
             if column in given:
-                rule = "must not be given beside a profile, which says it"
+                rule = "must not be given together with a profile, which gives it"
                 raise InputError.of(f"{path}.{column}", NO_VALUE, rule, "Remove one of the two")
         rows = _numbers(f"{path}.{field}", folder / name, len(names))
         given |= {column: [1e-6 * row[k] for row in rows] for k, column in enumerate(names)}

@@ -32,7 +32,7 @@ class _Factors(NamedTuple):
 
 
 def at_temperature(case: "Case") -> "Case":
-    """Return the case with the lengths that its parts have at their temperatures; itself where they all stay.
+    """Return the case with the lengths at the temperatures of its parts; the same object if none changes.
 
     Raises `InputError` where an expansion is needed that is not given, or a journal no longer fits its bush.
     """

@@ -42,7 +42,7 @@ class Varied:
         return made
 
     def number(self, value: Any, where: str) -> float:
-        """Return a value of the field [SI], of text with a unit too, or of the parameter, a plain number."""
+        """Return a value of the field in SI, from a number or text with a unit; of a parameter a plain number."""
         if not self.is_function:
             return number_in_si(self.case(0.0), (self.path,), value, where)
         fault = Real(-math.inf).fault(value)

@@ -47,7 +47,7 @@ class SetFrequencies:
 def set_frequencies(case: Case, name: str) -> SetFrequencies:
     """Return the characteristic frequencies of the planetary set called ``name``.
 
-    Raises ``KeyError`` for a set that there is not, `InputError` where prescribed speeds contradict each other.
+    Raises ``KeyError`` for an unknown set, `InputError` where prescribed speeds contradict each other.
     """
     table = case.planetary[name]
     speeds = dict(zip(case.rotors, rolling.nominal_speeds(case), strict=True))

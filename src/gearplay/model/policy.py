@@ -54,7 +54,7 @@ def check_contacts(step: float | None, contacts: str) -> None:
 
 
 class Policy(Part):
-    """How to compute a case, as `gearplay.simulate` takes it; a case file has the same fields in its ``[run]``.
+    """Numerical settings of a run, as `gearplay.simulate` takes them; a case file has the same fields in its ``[run]``.
 
     Parameters
     ----------

@@ -246,7 +246,7 @@ def _still(case: "Case") -> dict[str, float]:
 
 
 def _as_far_as_held(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
-    """Return the speeds by rolling where fixed rotors and torsional springs hold, or, where that cannot be, give way."""
+    """Return the speeds by rolling, held rotors and torsional springs at rest, or released where that has no solution."""
     for all_given, held in ((_still(case) | given, True), (given, True), (given, False)):
         with suppress(InputError):
             return _roll(case, all_given, held=held)
@@ -267,7 +267,7 @@ def first_mesh_frequency(case: "Case") -> float:
 
 
 def mesh_frequency(case: "Case", j: int = 0) -> float:
-    """Return the nominal mesh frequency [Hz] of mesh j: teeth times the driver's speed, as its carrier sees it."""
+    """Return the nominal mesh frequency [Hz] of mesh j: teeth times the driver's speed, relative to its carrier."""
     mesh, speeds, names = case.meshes[j], nominal_speeds(case), list(case.rotors)
     frame = mesh_frame(case, j)
     relative = speeds[names.index(mesh.rotors[0])] - (

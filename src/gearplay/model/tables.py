@@ -30,8 +30,10 @@ FILLED: Final = ("values", "sampling", "start")
 
 
 def without_replaced(document: dict[str, Any], changes: Iterable[tuple[str, Any]]) -> None:
-    """Remove what changes (path, value) redefine from a raw case: the record of a changed ``file``, the set-point over time of a
-    drive whose constant is changed; a torque over time is kept beside another constant.
+    """Remove fields that changes (path, value) redefine from a raw case.
+
+    These are the record of a changed ``file`` and the set-point over time of a drive whose constant is changed; a torque over
+    time is kept and added to the new constant.
     """
     for path, value in changes:
         *way, last = (part.strip() for part in path.split("."))
@@ -115,7 +117,7 @@ def _set_over_time(drive: dict[str, Any], path: str, folder: Path) -> None:
     given = drive.get(field)
     if isinstance(given, dict) or _is_file(given):
         if "over_time" in drive:
-            rule = f"must not be given beside {field} over time, which says it"
+            rule = f"must not be given together with {field} over time, which gives it"
             raise InputError.of(f"{path}.over_time", "given", rule, "Remove one of the two")
         drive["over_time"], drive[field] = {"table": given} if _is_file(given) else given, 0.0
     over_time = drive.get("over_time")
@@ -133,7 +135,7 @@ def _fill(given: dict[str, Any], path: str, folder: Path) -> None:
         raise InputError.of(at, name, "must be the path of a file", "Write it in quotes")
     for field in FILLED:
         if field in given:
-            rule = "must not be given beside a file, which says it"
+            rule = "must not be given together with a file, which gives it"
             raise InputError.of(f"{path}.{field}", given[field], rule, "Remove one of the two")
     times, values = _columns(at, folder / name)
     steps = [later - earlier for earlier, later in pairwise(times)]

@@ -116,7 +116,7 @@ class _Loop(NamedTuple):
 
 
 class Touches:
-    """How the rotors of a case are turned into touch, planned once for all members."""
+    """Plan of the rotations that bring flanks into contact, the same for all members."""
 
     def __init__(self, case: "Case", packed: "Packed") -> None:
         self._packed = packed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final, TypeVar
+from typing import Any, Final, TypeVar, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -89,15 +89,35 @@ def _faults_of(detail: ErrorDetails, document: Mapping[str, Any], model: type[Ba
         return [_kind_fault(path, document, context["kinds"])]
     if kind == "extra_forbidden":
         known = known_fields(model, path[:-1], document)
-        return [
-            Fault(join_path(path), NO_VALUE, "unknown field", did_you_mean(str(path[-1]), known, "Fields"))
-        ]
+        cure = _own_table(model, path) or did_you_mean(str(path[-1]), known, "Fields")
+        return [Fault(join_path(path), NO_VALUE, "unknown field", cure)]
     if kind == "missing":
-        return [Fault(join_path(path), NO_VALUE, "is required", "Add it")]
+        return [Fault(join_path(path), NO_VALUE, "is required", _addition(model, path))]
     rule, cure = _words(kind, context)
     if detail["loc"] and detail["loc"][-1] == "[key]":
         return [Fault(join_path(path), NO_VALUE, f"the name {rule}", cure)]
     return [_fault(path, document, rule, cure)]
+
+
+def _own_table(model: type[BaseModel], path: Path) -> str:
+    """Return the cure for a part written into a rotor that has a table at the top of the file, else an empty text."""
+    table = next(
+        (name for name in (f"{path[-1]}s", f"{path[-1]}es", str(path[-1])) if name in model.model_fields),
+        None,
+    )
+    if table is None or len(path) != 3 or path[0] != "rotors":
+        return ""
+    several = get_origin(model.model_fields[table].annotation) in (tuple, list)
+    return f"Write it as a table: {f'[[{table}]]' if several else f'[{join_path((table, path[1]))}]'}"
+
+
+def _addition(model: type[BaseModel], path: Path) -> str:
+    """Return the cure for a missing field: of a table, the fields that it requires."""
+    parts = parts_in(model.model_fields[str(path[0])].annotation) if len(path) == 1 else []
+    required = [
+        name for part in parts[:1] for name, field in part.model_fields.items() if field.is_required()
+    ]
+    return f"Add a table [{path[0]}] with {', '.join(required)}" if required else "Add it"
 
 
 def _fault(path: Path, document: Mapping[str, Any], rule: str, cure: str) -> Fault:

@@ -206,7 +206,7 @@ def basins(
     Raises
     ------
     InputError
-        For entries, ranges or a case that cannot be.
+        For unknown entries of the state, invalid ranges or an invalid case.
 
     Examples
     --------

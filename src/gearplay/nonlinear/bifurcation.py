@@ -131,7 +131,7 @@ def bifurcation(
     Raises
     ------
     InputError
-        For a field, value or signal that cannot be.
+        For an unknown field or signal, and for an invalid value.
 
     Examples
     --------

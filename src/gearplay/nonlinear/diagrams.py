@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.field_units import unit_at
 from gearplay.nonlinear.figures import bifurcation_drawing
+from gearplay.pictures.words import offset_in, shown_in
 from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.outcomes import Account
 from gearplay.results.provenance import provenance, signal_words
@@ -107,8 +108,9 @@ class Diagram(AnalysisResult):
 
     @property
     def message(self) -> str:
-        """Range of the field, number of failures, and the first value at which the state was not carried."""
-        unit, (low, high) = unit_at(self.case, self.path), self.parameters[[0, -1]]
+        """Range of the field, number of failures, and the first value that did not continue from the previous one."""
+        unit, factor = shown_in(unit_at(self.case, self.path), float(np.abs(self.parameters).max()))
+        low, high = factor * self.parameters[[0, -1]] + offset_in(unit)
         ways = " and ".join(self.directions)
         span = f"{low:.4g} to {high:.4g}" + (f" {unit}" if unit not in ("", "1") else "")
         text = f"{self.path} from {span}, {len(self.parameters)} values {ways}; {self.account}"
@@ -119,7 +121,7 @@ class Diagram(AnalysisResult):
         return text
 
     def rows(self) -> Sequence[tuple[str, str]]:
-        """Return the reasons of failures with their counts, and the values at which the state was not carried."""
+        """Return the reasons of failures with their counts, and the values that did not continue from the previous one."""
         failed = [(f"{count} failed", reason) for reason, count in self.account.reasons]
         return [*failed, *(("start", each) for each in self.interruptions)]
 

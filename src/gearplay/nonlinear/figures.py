@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 WAYS = {"up": COUPLED, "down": UNCOUPLED}
 FEW_POINTS = 3000
+SMALLEST_DOT, LARGEST_DOT = 1.2, 3.0  # points
+COLUMN_SHARE = 180.0  # width of a dot times the number of values [points]: a third of the panel
 
 
 def bifurcation_drawing(
@@ -45,9 +47,10 @@ def bifurcation_drawing(
             values = variable.values[at]
             x = np.repeat(axis.values, values.shape[1])
             few = x.size <= FEW_POINTS
+            dot = min(LARGEST_DOT, max(SMALLEST_DOT, COLUMN_SHARE / len(axis)))
             ax.plot(
                 factor_x * x + offset, factor_y * values.ravel(), ("^" if way == "up" else "v") if few else ".",
-                markersize=3.0 if few else 1.2, markerfacecolor="none" if few else WAYS[way], color=WAYS[way],
+                markersize=LARGEST_DOT if few else dot, markerfacecolor="none" if few else WAYS[way], color=WAYS[way],
                 markeredgewidth=1.0 if few else 0.0, linestyle="none", alpha=0.9, rasterized=True,
             )  # fmt: skip
         for branch, levels in branches:
@@ -62,7 +65,8 @@ def bifurcation_drawing(
     handles = {arrows[way]: legend_mark(WAYS[way], marker="o") for way in ways}
     set_legend(figure, handles | branch_marks([branch for branch, _ in branches]))
     set_title(
-        figure, title or f"{words_of(diagram, 'Bifurcation diagram')}: {axis.attrs['long_name']} varied"
+        figure,
+        title or f"{words_of(diagram, 'Bifurcation diagram')}: sections over {axis.attrs['long_name']}",
     )
     return figure
 

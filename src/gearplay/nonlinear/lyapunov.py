@@ -133,7 +133,7 @@ def lyapunov(
     Raises
     ------
     InputError
-        For a count or times that cannot be, and for a record that is too short for an interval.
+        For an invalid count or time, and for a record too short for an interval.
     SimulationError
         Where the motion cannot be followed.
 
@@ -181,7 +181,7 @@ def lyapunov_exponents(
     number = most if count is None else count
     if not 1 <= number <= most:
         rule = f"must lie between 1 and {most}, the number of free states"
-        raise InputError.of("count", number, rule, "Choose fewer or more")
+        raise InputError.of("count", number, rule, "Choose a number in that range")
     span = case.run.duration if duration is None else duration
     lead = case.run.transient if transient is None else transient
     check_work("lyapunov", flow.packed, seconds=(lead + span) * (1 + number))

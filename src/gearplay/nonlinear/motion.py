@@ -19,7 +19,7 @@ from gearplay.nonlinear.orbits.period_map import sharp
 from gearplay.nonlinear.record_length import check_span
 from gearplay.nonlinear.section_choice import AUTO, chosen_period, with_repetition
 from gearplay.pictures.style import COUPLED, UNCOUPLED, new_axes
-from gearplay.pictures.words import plain
+from gearplay.pictures.words import plain, shown_in
 from gearplay.results.base import AnalysisResult, case_in, check_kind
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
@@ -119,18 +119,19 @@ class Motion(AnalysisResult):
 
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return exponent, period and the comparison that differs most."""
-        found = [("section once per", f"{self.period:.4g} s")]
+        unit, factor = shown_in("s", self.period)
+        found = [("section once per", f"{factor * self.period:.4g} {unit}")]
         value, half = self.exponent
         known = math.isfinite(value)
         text = (
             f"{value:.4g} ± {half:.2g} 1/s (95 %)"
             if known
-            else "none: no exact derivative with run.fixed_step"
+            else "not computed: no exact derivative with run.fixed_step"
         )
         found.append(("largest Lyapunov exponent", text))
         for c in sorted(self.comparisons, key=lambda each: -abs(each.t))[:3]:
-            words = f"{c.usual:.4g} to {c.changed:.4g}, t = {c.t:.2g} (chance up to {self.limit:.3g})"
-            found.append((f"{c.statistic} with {c.change}", words))
+            words = f"{c.statistic} {c.changed:.4g} instead of {c.usual:.4g}, {abs(c.t):.2g} standard errors apart"
+            found.append((f"with {c.change}", f"{words} ({self.limit:.3g} may be chance)"))
         return found
 
     def plot(self, *, ax: "Axes | None" = None) -> "Axes":
@@ -188,7 +189,7 @@ def motion(
     Raises
     ------
     InputError
-        For a case without a period or numbers that cannot be.
+        For a case without a period, and for invalid numbers.
     SimulationError
         Where the motion cannot be followed.
 

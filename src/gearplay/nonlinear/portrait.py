@@ -93,7 +93,7 @@ def portrait(
     Raises
     ------
     InputError
-        For a case without a period or numbers that cannot be.
+        For a case without a period, and for invalid numbers.
 
     Examples
     --------

@@ -26,8 +26,8 @@ SYMBOLS = {
     "y": "y",
     "vx": "dx/dt",
     "vy": "dy/dt",
-    "theta": "rotation, less\nthe nominal one",
-    "omega": "its speed, less\nthe nominal one",
+    "theta": "rotation relative\nto the nominal one",
+    "omega": "speed relative\nto the nominal one",
 }
 MOST_ROTORS, MOST_ONSETS = 12, 600
 

@@ -49,7 +49,7 @@ class Section(AnalysisResult):
 
     @property
     def ds(self) -> "xr.Dataset":
-        """A variable for each signal over ``time`` [s]; rotations and speeds count from the nominal ones."""
+        """A variable for each signal over ``time`` [s]; rotations and speeds are relative to the nominal ones."""
         import xarray as xr
 
         variables = {

@@ -27,7 +27,7 @@ class Mount(NamedTuple):
 
 
 def seats(records: Any, rotor: str, carrier: str) -> list[Mount]:
-    """Return the mounting of parts that act alike in all directions; ``rotor`` and ``carrier`` name fields of a record."""
+    """Return the mounting of isotropic parts; ``rotor`` and ``carrier`` name fields of a record."""
     return [
         Mount(
             int(each[rotor]),

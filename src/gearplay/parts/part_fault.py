@@ -20,8 +20,8 @@ class PartFault(Part):
 
     @abstractmethod
     def misfits(self, part: Any) -> Iterator[Problem]:
-        """Yield what does not fit the part."""
+        """Yield faults against the part."""
 
     @abstractmethod
     def findings(self, path: str, part: Any, speed: float) -> Iterator[Finding]:
-        """Yield findings; ``speed`` is the nominal one of the rotor against what carries it [rad/s]."""
+        """Yield findings; ``speed`` is the nominal one of the rotor relative to its carrier [rad/s]."""

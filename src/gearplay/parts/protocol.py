@@ -90,7 +90,7 @@ class Holder(Part):
         offset: tuple[float, float]
 
     def frees_centre(self) -> bool:
-        """Return whether the rotor's centre can move in it."""
+        """Return whether the part leaves the rotor's centre free to move."""
         return True
 
     def clearance(self) -> float | None:
@@ -106,7 +106,7 @@ class Holder(Part):
         """Add its element to a mechanism, with further ``damping`` [N s/m] of the centre's motion relative to its carrier."""
 
     def at_temperature(self, path: str, journal: float, bush: float) -> Self:
-        """Return the part with factors on the lengths of its rotor and of what carries it; ``path`` is its own, for errors."""
+        """Return the part with the expansion factors of its rotor and of its carrier or housing; ``path`` is named in errors."""
         return self
 
     def thermal_change(self, hot: Self) -> tuple[str, str] | None:
@@ -146,7 +146,7 @@ class Joint(Part):
         return {}
 
     def shared_axis(self) -> Sequence[str]:
-        """Return the rotors whose nominal centres are one point; empty for none."""
+        """Return the rotors whose nominal centres coincide; empty for none."""
         return ()
 
     @abstractmethod

@@ -19,7 +19,7 @@ from gearplay.parts.registry import MESH
 from gearplay.results.base import Column, OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.result import Result
-from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -55,7 +55,7 @@ COLUMNS = {
 
 @dataclass(frozen=True, repr=False)
 class LoadSharing(OfDataset):
-    """How the planets of one set share the load.
+    """Load sharing of the planets of one set.
 
     ``ds``: ``share`` (planet), of the sun's mesh forces, 1/N where they share alike, and ``load_sharing_factor`` (planet), N
     times that; ``sun_force``, ``ring_force`` (planet) [N], means; ``beside_pin`` (planet, direction) [m], radial and tangential
@@ -148,10 +148,10 @@ def members_of(case: Case, name: str | None) -> Members:
     """Return the set of a case; `InputError` where there is none, or several and no ``name``."""
     names = list(case.planetary)
     if not names:
-        raise InputError.of("planetary", None, "must have a set", "Add a table [planetary.NAME]")
+        raise InputError.of("planetary", NO_VALUE, "must have a set", "Add a table [planetary.NAME]")
     if name is None and len(names) > 1:
         raise InputError.of(
-            "name", None, "is required, since there are several sets", f"Sets: {', '.join(names)}"
+            "name", NO_VALUE, "is required, since there are several sets", f"Sets: {', '.join(names)}"
         )
     if name is not None and name not in names:
         raise InputError.of("name", name, "must be a planetary set of the case", f"Sets: {', '.join(names)}")

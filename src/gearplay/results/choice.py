@@ -32,7 +32,7 @@ INFORMATIVE = {
 def elements_at(case: Case, at: str) -> list[str]:
     """Return the labels that belong to a place: a rotor with its sleeve, a gear's rotor and its meshes, a mesh, a coupling.
 
-    Raises `InputError` for a name that is none of them.
+    Raises `InputError` for an unknown name.
 
     >>> from gearplay.model.reading import load_case
     >>> elements_at(load_case("two-stage-reducer"), "layshaft.wheel")

@@ -105,7 +105,7 @@ class SignalTable:
 
 
 def signal_tables(packed: Packed, columns: Sequence[Column]) -> list[SignalTable]:
-    """Return the variables of sampled signals, of every member alike."""
+    """Return the variables of sampled signals, the same for every member."""
     places: dict[tuple[str, str], list[int]] = {}
     for at, column in enumerate(columns):
         places.setdefault((column.signal, column.dimension), []).append(at)

@@ -35,7 +35,7 @@ class MemberSignals(AnalysisResult):
 
     @property
     def statuses(self) -> list[Status]:
-        """How each member ended."""
+        """Status of each member."""
         return [run.status for run in self.runs]
 
     @property

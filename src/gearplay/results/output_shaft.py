@@ -112,7 +112,7 @@ class OutputShaft:
         unit, factor = quantity.display_unit, quantity.display_factor
         if quantity.unit in SCALES and largest > 0.0:
             unit, factor = scale_of(quantity.unit, largest)
-        more = f" +- {significant(factor * spread)}" if math.isfinite(spread) and spread > 0.0 else ""
+        more = f" ± {significant(factor * spread)}" if math.isfinite(spread) and spread > 0.0 else ""
         digits = 4 if name == "efficiency" else 3
         return f"{significant(factor * value, digits)}{more} {unit}"
 

@@ -23,7 +23,7 @@ def signal_words(signal: str) -> dict[str, str]:
     if signal == "x'":
         return {"units": "1", "long_name": "rate of x, in half backlashes, over the natural frequency"}
     quantity = RESULT_VARIABLES[kind]
-    relative = ", less the nominal one" if kind in ("theta", "omega") else ""
+    relative = ", relative to the nominal one" if kind in ("theta", "omega") else ""
     return {"units": quantity.unit, "long_name": f"{quantity.long_name}{relative}, {label}"}
 
 

@@ -134,7 +134,7 @@ def _write_motions(
 
 
 def can_replay(file: Stored) -> bool:
-    """Return whether a file has a motion, and of these very kernels."""
+    """Return whether a file has checkpoints that these kernels can replay."""
     return MOTION in file and file.attribute(KERNELS, str, "") == kernels_digest()
 
 
@@ -224,7 +224,7 @@ def _log(group: Stored, members: NDArray[np.int64], packed: Packed, end: float) 
     times, contacts, kinds, rates = log.T
     known = np.isin(contacts, np.arange(len(packed.contact_labels))) & np.isin(kinds, (0.0, 1.0))
     if not (known & (times >= 0.0) & (times <= end) & np.isfinite(rates)).all():
-        raise ValueError("its contact log has changes that cannot be")
+        raise ValueError("its contact log has impossible changes")
     return log
 
 

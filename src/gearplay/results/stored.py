@@ -27,7 +27,7 @@ EVEN = 1e-6
 
 
 def check_run(dataset: "xr.Dataset", case: Case, *, signals: bool = True) -> None:
-    """Raise `InputError` where times, status, names or ``signals`` cannot be those of a run of the case.
+    """Raise `InputError` where times, status, names or ``signals`` do not fit a run of the case.
 
     Times must be finite, rising and even, the status known, the names those of the case, the signals finite: NaN only where
     they were not kept, and behind the end of a member that was cut short.

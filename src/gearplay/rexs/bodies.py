@@ -136,7 +136,7 @@ class Bodies:
             self._join(numbers[0], other)
 
     def side(self, component: Component) -> int:
-        """Return the number of the body that a part of a link belongs to; the casing for what is no body."""
+        """Return the number of the body of one part of a link; the casing for a part without a body."""
         if component.id in self.root:
             return component.id
         inside = [part for part in self.box.parts(component.id) if part.id in self.root]

@@ -23,7 +23,7 @@ CLEARANCES: Final = (
 
 @dataclass(frozen=True)
 class Holding:
-    """How bearings hold a rotor: ``held`` at its centre, or by ``stiffness`` [N/m] along x and y, or not at all."""
+    """Support of a rotor by its bearings: ``held`` at its centre, or by ``stiffness`` [N/m] along x and y, or not at all."""
 
     held: bool
     stiffness: tuple[float, float] | None

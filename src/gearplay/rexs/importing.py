@@ -82,9 +82,9 @@ def import_rexs(
 ) -> Imported:
     """Read a gearbox in the REXS format, versions 1.0 to 1.6, as XML, JSON or zip, and return it as a case.
 
-    Shafts become rotors with mass and inertia from their sections, what rigid couplings join one rotor, stages meshes, planetary
-    stages sets, bearings supports, loads drives and loads. The file's comments and ``notes`` list what was assumed, left out and
-    not read.
+    Shafts become rotors with mass and inertia from their sections; shafts that a rigid coupling joins become one rotor. Stages
+    become meshes, planetary stages planetary sets, bearings supports, external loads drives and loads. The comments of the case
+    and ``notes`` list what was assumed, left out and not read.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def _pairs(
 
 
 def _close_loops(bodies: Bodies, pairs: list[Pair], plane: Plane, notes: Notes) -> None:
-    """Where stages close a loop, take all centre distances from the positions, which close too."""
+    """Take all centre distances from the positions where stages form a loop, so that it closes."""
     joined: dict[int, int] = {}
 
     def find(root: int) -> int:

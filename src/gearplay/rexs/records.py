@@ -210,7 +210,7 @@ class Gearbox:
         return [each for each in found if each.type in types]
 
     def attribute(self, component: Component, *names: str) -> Attribute | None:
-        """Return the first attribute that there is of several names, of the load case before the component's own."""
+        """Return the first attribute found of several names, that of the load case before that of the component."""
         loaded: Mapping[str, Attribute] = {}
         if self.load_case is not None:
             loaded = self.load_case.attributes.get(component.id, {})

@@ -193,7 +193,7 @@ class Tables:
         return table
 
     def pair_fields(self, table: Table, pair: Pair) -> None:
-        """Add the fields that a stage has of its own."""
+        """Add the fields of the stage itself."""
         for key, value in pair.fields.items():
             table.add(key, value)
 

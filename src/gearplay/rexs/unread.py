@@ -24,7 +24,7 @@ CONSEQUENCES: Final = {
     "rolling_element": "bearings are supports without rolling elements",
     "gear_body": "mass and elasticity of gear bodies are missing; import with solid gear bodies adds their mass",
 }
-"""What is missing without a type of components."""
+"""Consequence of each type of components that is not read."""
 PLACES: Final = frozenset({
     "reference_component_for_position", "support_vector", "u_axis_vector", "w_axis_vector", "u_coordinate_on_shaft",
     "u_coordinate_on_shaft_inner_side", "u_coordinate_on_shaft_outer_side", "u_coordinate_on_shaft_side_1",

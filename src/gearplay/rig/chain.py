@@ -201,7 +201,7 @@ def _inputs(acceleration: Floats | Mapping[str, Floats], rig: Rig) -> dict[str, 
             faults.append(Fault(path, f"{array.dtype} {array.shape}", rule, "Transpose it or pick columns"))
         elif not np.all(np.isfinite(array)):
             rule = "must hold finite numbers only"
-            faults.append(Fault(path, float("nan"), rule, "Cut or mend the gaps before"))
+            faults.append(Fault(path, float("nan"), rule, "Remove or fill the gaps first"))
         else:
             inputs[name] = array.astype(np.float64, copy=False)
     if faults:
@@ -230,7 +230,9 @@ def _kept(
     covered, first = samples // factor, round(settling * rate)
     size = covered - first if duration is None else round(duration * rate)
     if size < 1 or first + size > covered:
-        rule = f"must leave at least one of the {covered} samples at {rate:g} Hz that the acceleration covers"
+        rule = (
+            f"must fit into the acceleration with at least one sample kept: it has {covered} at {rate:g} Hz"
+        )
         named, value = ("settling", settling) if duration is None else ("duration", duration)
         raise InputError.of(named, value, rule, "Shorten it, or give a longer acceleration")
     return slice(first * factor, (first + size) * factor, factor)

@@ -315,7 +315,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
 
 @dataclass(frozen=True)
 class Placement:
-    """Where an accelerometer sits: its rotor, and the direction of its axis from +x [rad]; with paths on the housing."""
+    """Position of an accelerometer: its rotor, the direction of its axis from +x [rad], its paths on the housing."""
 
     rotor: str
     direction: float

@@ -195,7 +195,7 @@ class HertzStiffness(Measure):
         return self.json_schema("N/m^exponent")
 
     def read_beside(self, value: Any, info: core_schema.ValidationInfo) -> float:
-        """Return the stiffness in SI; its unit must carry the sleeve's exponent."""
+        """Return the stiffness in SI; its unit must contain the sleeve's exponent."""
         exponent = info.data.get("exponent")
         if exponent is None:  # the exponent itself is at fault and is reported on its own
             exponent = (unit_exponent(value) or 1.0) if isinstance(value, str) else 1.0
@@ -292,7 +292,7 @@ Value = TypeVar("Value")
 
 
 class FrozenTable(dict[str, Value]):
-    """A dictionary that cannot be changed once it is made; it pickles and compares as a dictionary."""
+    """Immutable dictionary; it pickles and compares as a dictionary."""
 
     def _locked(self, *args: Any, **kwargs: Any) -> NoReturn:
         raise TypeError("a case cannot be changed: use gearplay.replace(case, {...}) for a changed copy")
@@ -352,7 +352,7 @@ class ByKind(Discriminator):
 
 
 def is_absent(value: object) -> bool:
-    """Return whether a field is not given, empty or 0: one that came later is then left out, so that digests stay."""
+    """Return whether a field is not given, empty or 0; such a newer field is left out of files, so that digests do not change."""
     return not value
 
 

@@ -62,7 +62,7 @@ def bearing_orders(
     Raises
     ------
     InputError
-        For a geometry that there is not.
+        For an impossible geometry.
 
     Examples
     --------

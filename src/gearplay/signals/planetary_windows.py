@@ -68,7 +68,7 @@ def event_periods(sun: int, planet: int, ring: int, planets: int, speed: float) 
     Raises
     ------
     InputError
-        For teeth or a speed that there are not.
+        For an invalid number of teeth or an invalid speed.
 
     Examples
     --------

@@ -134,9 +134,9 @@ class KeptMotion:
         self._arrays: tuple[NDArray[Any], ...] = ()
         self._due = 0
         self.reached = 0.0
-        """How far [s] the run came."""
+        """Time [s] that the run reached."""
         self.left = math.inf
-        """What the run has left of the case's limit on wall time [s]: no sampling may take longer."""
+        """Remaining wall time of the run [s], the limit of each sampling."""
 
     @property
     def marks(self) -> list[Mark]:

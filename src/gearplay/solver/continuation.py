@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 
 class End(NamedTuple):
-    """Where a run ended: the state with absolute angles [rad] and speeds [rad/s], shape [state]; the memory of each element,
+    """Final state of a run: the state with absolute angles [rad] and speeds [rad/s], shape [state]; the memory of each element,
     as how far a line of centres has followed an orbiting gear, shape [element, memory]; the stored impact speeds [m/s], shape
     [impact speed].
     """

@@ -70,7 +70,7 @@ class CarrierFrames:
         return bool(np.any(self.speeds))
 
     def beside_seat(self, i: int, centre: Floats, hub: Floats, angle: Floats) -> Floats:
-        """Return the centre of carried rotor i relative to its seat [m], in axes that turn with the carrier, shape [2, ...].
+        """Return the centre of rotor i on a carrier relative to its seat [m], in axes that turn with the carrier, shape [2, ...].
 
         R(-angle) (P_i + d_i - P_hub - d_hub) - (P_i - P_hub) - seat, with displacements d ``centre`` and ``hub`` [m],
         shape [2, ...], and the carrier's actual rotation ``angle`` [rad].

@@ -26,7 +26,7 @@ FIRST_STEPS, CHUNK_STEPS = 8, 20_000
 CHUNK_TIME = 0.05
 """Approximate time [s] between two checks: signals sampled on the way may make a step a thousand times longer."""
 MOST_GROWTH = 16.0
-"""How many times as many steps the next chunk may have."""
+"""Largest growth of the number of steps from one chunk to the next."""
 LOG_CAPACITY = 16_384
 MOST_STEPS = 50_000_000
 """Steps of one piece from which on a course without a watch counts as run away: some minutes."""
@@ -230,7 +230,7 @@ class Course:
 
     @property
     def time(self) -> float:
-        """Where the motion is now [s]."""
+        """Present time of the motion [s]."""
         return float(self.run.clock[kernel.T])
 
     @property
@@ -255,7 +255,7 @@ class Course:
 
     @property
     def closed(self) -> NDArray[np.bool_]:
-        """Which contacts are closed, shape [contact], in the order of `Packed.contact_labels`."""
+        """Whether each contact is closed, shape [contact], in the order of `Packed.contact_labels`."""
         return np.asarray(self.run.branch.modes[: self.system.contacts.size] != OPEN)
 
     @property

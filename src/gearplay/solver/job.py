@@ -37,7 +37,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Ended:
-    """Where a run ended: status, time [s], state, tallies, counts, memory of the elements, stored impact speeds [m/s]."""
+    """End of a run: status, time [s], state, tallies, counts, memory of the elements, stored impact speeds [m/s]."""
 
     status: Status
     reached: float
@@ -78,7 +78,7 @@ class Simulation:
 
     @property
     def differs_by_member(self) -> bool:
-        """Whether each member has a mechanism of its own (`Case.differs_by_member`)."""
+        """Whether the mechanism differs between members (`Case.differs_by_member`)."""
         return self.case.differs_by_member
 
     def of_member(self, member: int) -> "Simulation":

@@ -43,7 +43,7 @@ MOST_BYTES, FEWEST = 2_000_000, 16
 
 
 class MotionError(ValueError):
-    """Tables that cannot be those of a motion of the case; the message is a predicate."""
+    """Tables that do not fit a motion of the case; the message is a predicate."""
 
 
 def kernels_digest() -> str:

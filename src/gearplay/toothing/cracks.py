@@ -54,7 +54,7 @@ def crack_tip(gear: DrawnGear, crack: Crack) -> tuple[float, float]:
 def added_compliance(
     gear: DrawnGear, crack: Crack, tangent: float, facewidth: float, modulus: float, poisson: float
 ) -> float:
-    """Return what a crack adds to the compliance [m/N] of an external tooth; arguments as of `tooth_compliance`."""
+    """Return the added compliance [m/N] of a cracked external tooth; arguments as of `tooth_compliance`."""
     whole, height, _ = _outline(gear)
     (xs, ys) = involute_flank(gear, np.array([tangent]))
     x_c, y_c = float(xs[0]), float(ys[0])

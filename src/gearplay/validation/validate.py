@@ -1,4 +1,4 @@
-"""`validate`: every published number that the product reproduces, beside ours."""
+"""`validate`: every published number that gearplay reproduces, with the computed one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Validation(OfDataset):
-    """Published numbers beside ours.
+    """Published numbers with the computed ones.
 
     ``ds`` has over ``number``: ``published``, ``computed``, ``deviation`` and ``tolerance`` in ``unit``; ``topic``, ``title``,
     ``name``, ``source``; ``within``, 1 where the deviation is within its tolerance. ``str`` of it is the table.
@@ -31,7 +31,7 @@ class Validation(OfDataset):
 
     @property
     def message(self) -> str:
-        """How many numbers agree, and which do not."""
+        """Count of the numbers that agree, and the names of the others."""
         within = self.ds["within"].values.astype(bool)
         sources = len(set(self.ds["source"].values.tolist()))
         words = f"{int(within.sum())} of {within.size} numbers, of {sources} sources, within their tolerances"

@@ -165,7 +165,7 @@ AXIS: Final = Rule(
 )
 WINDOW: Final = Rule(_is_window, "two times [s], None for an open end, as (0.5, None)")
 FREE: Final = one_of(object, "")
-"""What the function itself reads and checks."""
+"""Arguments that the function itself checks."""
 PLAN: Final = having("model_dump", "a plan, its name, a path or a table", (str, os.PathLike, Mapping))
 
 RULES: Final[Mapping[str, Any]] = MappingProxyType(

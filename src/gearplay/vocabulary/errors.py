@@ -160,7 +160,7 @@ def _with_stop(sentence: str) -> str:
 
 
 class GearplayError(Exception):
-    """Base of every error that a user can cure; `exit_code` is what the command line ends with.
+    """Base of every error that a user can cure; `exit_code` is the exit code of the command line.
 
     Examples
     --------

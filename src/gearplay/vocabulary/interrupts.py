@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 SOON = 0.05
-"""When an interrupt that cannot be raised yet is tried again [s]."""
+"""Time after which a deferred interrupt is tried again [s]."""
 LOST_WITHIN = {("scipy.stats._qmc", "Sobol.__init__")}  # it calls Cython that reads a file
 """Functions, module and name, that an exception may not pass through: compiled code prints a traceback and continues."""
 
@@ -55,7 +55,7 @@ class Again:
 def raised_without_harm() -> Iterator[None]:
     """Defer Ctrl-C within the block to a safe point, if Python's own handler is installed.
 
-    Another handler stays: the command line has its own, which does the same and more.
+    Another handler is kept, such as that of the command line.
     """
     if (
         threading.current_thread() is not threading.main_thread()

@@ -71,7 +71,7 @@ SPANS: Mapping[str, tuple[float, float]] = {
 }
 """Sliders of fields that are 0 now, by quantity [SI]."""
 WARMER = 150.0
-"""How far a slider of a temperature goes either way [K]."""
+"""Half of the range of a temperature slider [K]."""
 BASIC = frozenset(
     [
         "amplitude",

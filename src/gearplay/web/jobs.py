@@ -24,7 +24,7 @@ LONGEST_NOTE = 300
 def limited_case(job: Job, *, longest: float = LIMITS["run.max_wall_time"]) -> Case:
     """Return the case of a job, its limits those of the server; ``longest`` is that on wall time [s].
 
-    Raises `InputError` for a case that cannot be, or one that keeps more samples than a page can use.
+    Raises `InputError` for an invalid case, or one that keeps more samples than a page can use.
     """
     given = job.get("case")
     if not isinstance(given, Mapping):

@@ -36,11 +36,11 @@ class Address:
 
 
 def address_of(host: str, port: int, token: str | None, names: tuple[str, ...] = ()) -> Address:
-    """Check where to listen; beyond loopback a token is required.
+    """Validate the address to listen on; beyond loopback a token is required.
 
-    ``names`` are further names by which the host may be called.
+    ``names`` are further accepted names of the host.
 
-    Raises `InputError` for an address that cannot be, or one that others reach without a token.
+    Raises `InputError` for an invalid address, or one beyond loopback without a token.
 
     >>> address_of("127.0.0.1", 8000, None).url
     'http://127.0.0.1:8000/'

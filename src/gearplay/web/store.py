@@ -42,7 +42,7 @@ class Store:
         return hashlib.sha256(text.encode("utf-8")).hexdigest()[:32]
 
     def save(self, key: str, frame: bytes) -> None:
-        """Keep a frame, and let the oldest go; `InputError` where it cannot be written."""
+        """Store a frame and remove the oldest; `InputError` where it cannot be written."""
         file = self.folder / f"{key}.frame"
         with self.changing:
             self.sizes.pop(file, None)

@@ -23,9 +23,9 @@ Path = tuple[str, ...]
 
 
 def edited(source: str, changes: Mapping[str, Any]) -> str:
-    """Return the text of a case file with fields changed, SI; written anew where its text cannot be kept.
+    """Return the text of a case file with fields changed, SI; rewritten completely if the text cannot be edited.
 
-    Raises `InputError` for a text or a value that cannot be.
+    Raises `InputError` for an invalid text or value.
 
     >>> from gearplay.model.bundled import bundled_text
     >>> text = bundled_text("gearplay.model", "cases", "han2021")

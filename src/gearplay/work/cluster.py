@@ -123,7 +123,7 @@ def _next_of(pending: Any) -> Any:
         result = error
     if isinstance(result, BaseException):  # a future that was cancelled has its exception as result
         raise SimulationError(
-            f"sweep: the cluster failed ({_first_line(result)}). Finished cases are kept: see to it, then run again."
+            f"sweep: the cluster failed ({_first_line(result)}). Finished cases are kept: mend the cluster, then run again."
         ) from None
     return result[1]
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 KINDS = ("threads", "processes")
 HELD = 0.02
-"""How long a thread keeps finished pieces before it passes them on [s]."""
+"""Longest time that a thread keeps finished pieces before it passes them on [s]."""
 
 
 def run_threads(
@@ -87,7 +87,7 @@ def run_threads(
 
 @dataclass(frozen=True)
 class Engine:
-    """Where a sweep runs; none of it changes the result.
+    """Executor of a sweep: processes, threads or a cluster; the result does not depend on it.
 
     Parameters
     ----------

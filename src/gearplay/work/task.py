@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 Piece = TypeVar("Piece")
 
 RETRIES = 3
-"""How often jobs are submitted again after the process that ran them died."""
+"""Number of times that jobs are submitted again after their process died."""
 PAUSE = 0.1
 """Interval [s] at which a wait for results checks for cancellation."""
 

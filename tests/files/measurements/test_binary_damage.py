@@ -1,4 +1,4 @@
-"""Each sentence about a binary file, from a damage made on purpose."""
+"""Damaged binary measurement files: the message for each kind of damage."""
 
 import struct
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Reading a measurement: checked arguments, kinds by content, missing packages, size limits."""
+"""Reading measurements: arguments, kind by content, missing packages, size limits."""
 
 import builtins
 import importlib

@@ -12,6 +12,7 @@ from typing import Final
 from gearplay.files.measurements.building import split_unit
 from gearplay.files.measurements.rates import TIME_UNITS, is_rate_name
 from gearplay.files.measurements.refusing import damaged
+from gearplay.schema.units import FACTORS
 
 COMMENTS: Final = ("#", "%", "//")
 """Beginnings of lines without data."""
@@ -172,11 +173,22 @@ def _header(heads: Sequence[Sequence[str]], columns: int) -> tuple[list[str], li
     return [name for name, _ in pairs], [unit for _, unit in pairs]
 
 
+COMMON_UNITS: Final = frozenset(unit for units in FACTORS.values() for unit in units) | {
+    "1",
+    "Nm",
+    "Ncm",
+    "degC",
+    "°C",
+}
+"""Units that a row of units may hold without brackets."""
+
+
 def _is_unit_row(row: Sequence[str]) -> bool:
-    """Return whether a second header row holds units: its first is a unit of time, or all are in brackets."""
+    """Return whether a second header row holds units: all in brackets or common ones, or its first a unit of time."""
     bare = [text.strip() for text in row]
     bracketed = all(text[:1] + text[-1:] in ("[]", "()", "") for text in bare)
-    return bracketed or (bool(bare[0]) and bare[0].strip("[]()") in TIME_UNITS)
+    known = any(bare) and all(not text or text in COMMON_UNITS for text in bare)
+    return bracketed or known or bare[0].strip("[]()") in TIME_UNITS
 
 
 def _declarations(lines: Sequence[str], delimiter: str) -> dict[str, str]:

@@ -52,7 +52,7 @@ class Entry:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape without axes of length 1; empty for a scalar and what is no array of numbers."""
+        """Shape without axes of length 1; empty for a scalar or a value that is not an array of numbers."""
         if not self.is_numeric:
             return ()
         return tuple(length for length in self.value.shape if length != 1)

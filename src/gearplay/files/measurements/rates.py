@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.measurements.refusing import damaged, quoted
-from gearplay.vocabulary.errors import InputError, shorten
+from gearplay.vocabulary.errors import NO_VALUE, InputError, shorten
 
 Floats = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ _TIME_NAME = re.compile(
 )
 
 Declaration = tuple[str, float]
-"""What declares a sampling rate, as messages show it, and the rate [Hz]."""
+"""Source of a declared sampling rate, as messages show it, and the rate [Hz]."""
 
 
 def time_scale(name: str, unit: str) -> float | None:
@@ -202,7 +202,7 @@ def agreed_rate(path: Path, name: str, declared: Iterable[Declaration], given: f
         return float(given)
     if not known:
         rule = f"must be given, since {shorten(path.name)} does not state it for {quoted(name)}"
-        raise InputError.of("sampling", None, rule, "Give the sampling rate in Hz")
+        raise InputError.of("sampling", NO_VALUE, rule, "Give the sampling rate in Hz")
     first = known[0]
     for source, rate in known[1:]:
         if abs(rate - first[1]) > AGREEMENT * first[1]:

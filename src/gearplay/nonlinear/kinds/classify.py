@@ -219,7 +219,8 @@ def _moving(scaled: Floats, votes: dict[str, Kind], evidence: Evidence) -> Respo
     loss, k, error = closeness_loss(states, noise, bands), zero_one(within), forecast_error(states, bands)
     votes = {"recurrence": _vote(loss), "0-1 test": _vote(k)} | votes
     evidence |= {"bands": float(bands), "loss": loss, "k": k, "forecast error": error}
-    summary = f"loss of closeness {loss:.2f}, K {k:.2f}{_exponent_words(evidence)}"
+    closeness = f"loss of closeness {loss:.2f}" if math.isfinite(loss) else "no close neighbours"
+    summary = f"{closeness}, K {k:.2f}{_exponent_words(evidence)}"
     if not loss >= CHAOTIC:
         lines = line_change(states)
         part = float(np.mean(np.sum(within**2, axis=1))) / states.shape[1]  # of the variance, within bands
@@ -258,4 +259,4 @@ def _moving(scaled: Floats, votes: dict[str, Kind], evidence: Evidence) -> Respo
 def _exponent_words(evidence: Evidence) -> str:
     if "exponent" not in evidence:
         return ""
-    return f", exponent {evidence['exponent']:.3g} +- {evidence['exponent error']:.2g} per period"
+    return f", exponent {evidence['exponent']:.3g} ± {evidence['exponent error']:.2g} per period"

@@ -39,7 +39,7 @@ SHORT: Final = 1e-6
 def section_of(flow: Flow, section: str) -> tuple[int, float]:
     """Return the contact and the change (1 onset, 0 release) of a section, ``contact:opens`` or ``contact:closes``.
 
-    Raises `InputError` for a section that is none of the case.
+    Raises `InputError` for a section that the case does not have.
     """
     label, _, change = section.rpartition(":")
     labels = flow.packed.contact_labels
@@ -71,7 +71,7 @@ class AutonomousMap(StrobeMap):
 
     ``section`` is the contact change that orbits are cut at; the first contact that opens if not given.
 
-    Raises `InputError` for a case that something excites, and for a section that is none.
+    Raises `InputError` for an excited case, and for an unknown section.
     """
 
     def __init__(self, family: Family, parameter: float, section: str | None = None) -> None:

@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 CLOSE = 1e-6
 """Distance in natural sizes within which two doublings, or two orbits, count as the same."""
 NEAR = 0.2
-"""How far an orbit may be from the line between two neighbours of a branch, in their distance."""
+"""Largest distance of an orbit from the line between two neighbours of a branch, over their distance."""
 
 
 def settled_orbits(
@@ -53,8 +53,8 @@ def settled_orbits(
         return tuple(found), tuple(missed)
     tried = ", ".join(f"{place:.6g}" for place in places)
     raise SimulationError(
-        f"branch: near what the motion settles to there is no orbit of order {order} (tried at {tried}). "
-        f"Start where the motion repeats, or ask for another order. Last of all: {last}"
+        f"branch: no periodic orbit of order {order} was found near the settled motion (tried at {tried}). "
+        f"Begin at a value where the motion repeats, or give its order. Last attempt: {last}"
     ) from last
 
 

@@ -323,5 +323,5 @@ def doubled(period_map: PeriodMap, orbit: Orbit) -> Orbit:
         except SimulationError:
             continue
     raise SimulationError(
-        "branch: only the orbit of half the order is here. Go to the other side of the doubling."
+        "branch: only the orbit of half the order exists here. Begin on the other side of the period doubling."
     )

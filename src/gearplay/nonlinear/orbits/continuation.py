@@ -149,7 +149,7 @@ def branch(
     Raises
     ------
     InputError
-        For a field or bounds that cannot be.
+        For an unknown field or invalid bounds.
     SimulationError
         Where there is no orbit to start from.
 
@@ -209,7 +209,7 @@ def branches(
     Raises
     ------
     InputError
-        For a field or bounds that cannot be.
+        For an unknown field or invalid bounds.
     SimulationError
         Where there is no orbit to start from.
 

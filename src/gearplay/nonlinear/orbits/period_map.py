@@ -210,7 +210,7 @@ def common_period(packed: Packed) -> float:
             return float(2.0 * math.pi * count / base)
     rule = f"must have a common period of at most {MOST_PERIODS} periods of the first mesh, or of what excites it"
     cure = "Leave out what does not repeat with the mesh (runout, unbalance, ripple, terms, base), or change numbers of teeth"
-    raise InputError.of("excitation", None, rule, cure)
+    raise InputError.of("excitation", NO_VALUE, rule, cure)
 
 
 def excitation_rates(packed: Packed) -> list[float]:

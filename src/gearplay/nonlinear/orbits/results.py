@@ -248,7 +248,7 @@ class Branches(AnalysisResult):
 
 
 class OneBranch(Branches):
-    """One branch of periodic orbits over a field of a case: `Branches` of one, with what its `Branch` has."""
+    """One branch of periodic orbits over a field of a case: `Branches` with one entry, and the attributes of its `Branch`."""
 
     result_kind = "branch"
 

@@ -82,7 +82,7 @@ def constants(matrix: Floats) -> NDArray[np.bool_]:
 
 
 def defect_slopes(found: Return, scale: Floats) -> Floats:
-    """Return the derivative of a map's defect, M - 1 in natural sizes; constants have the row of the identity: they stay."""
+    """Return the derivative of a map's defect, M - 1 in natural sizes; rows of constants are those of the identity."""
     slopes = found.matrix * scale[None, :] / scale[:, None] - np.eye(scale.size)
     kept = constants(found.matrix)
     slopes[kept] = np.eye(scale.size)[kept]
@@ -126,7 +126,7 @@ def find_orbit(period_map: PeriodMap, guess: Floats, parameter: float, *, order:
             break
         state, found, residual = tried.states[0], tried, size
     raise SimulationError(
-        f"orbit: no orbit of order {order} was found near the guess; {residual:.2g} natural sizes are left. "
+        f"orbit: Newton's method found no orbit of order {order} near the guess (scaled residual {residual:.2g}). "
         "Start nearer, or from a settled motion."
     )
 

@@ -29,7 +29,7 @@ class Dent(PartFault):
     angle: Annotated[float, Measure(q.ANGLE, "angle of its middle on the part, at rotation 0 from +x")] = 0.0
 
     def misfits(self, part: Any) -> Iterator[Problem]:
-        """Yield what does not fit the bearing: an arc with room for two elements."""
+        """Yield faults against the bearing: an arc with room for two elements."""
         if self.arc > WIDEST * self._period(part):
             most = math.degrees(WIDEST * self._period(part))
             rule = f"must be at most {most:.4g} deg, {WIDEST:g} of the angle between two passages"
@@ -90,7 +90,7 @@ class ElementDent(Dent):
     element: Annotated[int, Field(ge=0, le=999, description="number of the element, from 0")] = 0
 
     def misfits(self, part: Any) -> Iterator[Problem]:
-        """Yield what does not fit the bearing: also an element that it does not have."""
+        """Yield faults against the bearing, also an element that it does not have."""
         yield from super().misfits(part)
         if self.element >= part.elements:
             rule = f"must be less than {part.elements}, the number of elements, counted from 0"

@@ -140,7 +140,7 @@ class Bearing(Holder):
             rule = (
                 "is required, or groove_ratio"
                 if self.stiffness is None
-                else "must not be given beside groove_ratio"
+                else "must not be given together with groove_ratio"
             )
             yield Problem(("stiffness",), rule, "Give one of the two")
         if self.groove_ratio is not None and self.exponent != 1.5:
@@ -148,7 +148,9 @@ class Bearing(Holder):
                 ("exponent",), "must be 1.5 for balls in grooves", "Remove it, or give the stiffness itself"
             )
         if self.damping is not None and self.restitution is not None:
-            yield Problem(("restitution",), "must not be given beside damping", "Remove one of the two")
+            yield Problem(
+                ("restitution",), "must not be given together with damping", "Remove one of the two"
+            )
 
     @property
     def elements(self) -> int:
@@ -261,7 +263,7 @@ class Bearing(Holder):
         return {"rate": math.sqrt(stiffness * inv_mass), "hides": self.dissipation() > 0.0}
 
     def at_temperature(self, path: str, journal: float, bush: float) -> "Bearing":
-        """Return it with its clearance: raceways expand with what holds their rings, elements with the rotor.
+        """Return the bearing at temperature: raceways expand with the seats of their rings, elements with the rotor.
 
         Of the inner ring's raceway d_m - D - G/2 and the outer's d_m + D + G/2, less two diameters D: G f_rotor where both
         expand alike. Raises `InputError` where the preload would be beyond a thousandth of the pitch diameter.

@@ -303,7 +303,7 @@ def _changes(system: System, n: int, z: Floats) -> tuple[float, float]:
 
 @compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return the change by z of the penetration of switch s [rad] and of its rate [rad/s], and that rate."""
+    """Return the derivatives of the penetration of switch s and of its rate along z, and the rate [rad/s]."""
     phi, rate = _changes(system, n, z)
     sign = 1.0 if s < PER_CONTACT else -1.0
     return sign * phi, sign * rate, sign * row[TWIST_RATE]

@@ -81,7 +81,7 @@ class Coupling(Joint):
         if self.ratio != 1.0:
             for name in ("lateral_stiffness", "lateral_damping"):
                 if getattr(self, name) > 0.0:
-                    rule = "must be 0 with a ratio other than 1, whose two axes need not be one"
+                    rule = "must be 0 with a ratio other than 1: the two axes need not coincide"
                     yield Problem((name,), rule, "Remove it, or use supports")
 
     def _spring_problems(self) -> Iterator[Problem]:
@@ -95,7 +95,7 @@ class Coupling(Joint):
                 yield Problem(("rest_angle",), rule, "Remove it, or give torque")
             return
         if self.torsional_stiffness is not None:
-            rule = "must not be given beside torque over the twist, which it would contradict"
+            rule = "must not be given together with torque over the twist, which it would contradict"
             yield Problem(("torsional_stiffness",), rule, "Remove one of the two")
         if self.play > 0.0:
             rule = "must be 0 where torque gives a curve over the twist"
@@ -148,7 +148,7 @@ class Coupling(Joint):
         return {self.between[0]: 1.0, self.between[1]: -self.ratio}
 
     def shared_axis(self) -> Sequence[str]:
-        """Return both rotors where they turn alike; with another ratio their axes may differ."""
+        """Return both rotors for ratio 1; with another ratio their axes may differ."""
         return self.between if self.ratio == 1.0 else ()
 
     def pack(self, packing: Packing, name: str) -> None:

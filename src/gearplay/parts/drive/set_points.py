@@ -122,7 +122,7 @@ class SetPoint(OfQuantity[Value], Generic[Value]):
 
     @property
     def constant(self) -> float:
-        """The constant part beside pieces: the mean of a sine."""
+        """Constant part of the set-point, in addition to its pieces: the mean of a sine."""
         return 0.0 if self.sine is None else float(self.sine.mean)
 
     @property

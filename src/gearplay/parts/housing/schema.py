@@ -35,7 +35,7 @@ MOST_STEPS = 4_000_000
 
 @dataclass(frozen=True)
 class Member:
-    """Which run of a case is meant: the seed of its ensemble, and its number in it."""
+    """Identity of a run of a case: the seed of its ensemble, and its number in it."""
 
     seed: int
     number: int
@@ -54,7 +54,7 @@ class Harmonic(Part):
     direction: Direction = 0.0
 
     def fill(self, slots: Floats, span: float, _: Member) -> Floats:
-        """Fill the kernels' slots for a run of ``span`` [s]; return the pieces of a record, none here."""
+        """Write the parameters of the motion for a run of ``span`` [s]; return the pieces of its record, none for a half sine."""
         slots[housing_motion.KIND] = housing_motion.HARMONIC
         slots[housing_motion.AMPLITUDE], slots[housing_motion.PHASE] = self.amplitude, self.phase
         slots[housing_motion.RATE] = 2.0 * math.pi * self.frequency
@@ -211,7 +211,7 @@ class Base(Part):
 
     @property
     def is_per_member(self) -> bool:
-        """Whether each member of an ensemble has a record of its own."""
+        """Whether the record differs between members of an ensemble."""
         return self.random is not None and self.random.per_member
 
     def pack(self, span: float, member: Member) -> tuple[Floats, Floats]:

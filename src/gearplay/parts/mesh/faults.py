@@ -53,7 +53,7 @@ class GearFault(PartFault):
         return getattr(found, "gears", {}).get(gear)
 
     def misfits(self, part: Any) -> Iterator[Problem]:
-        """Yield what does not fit the gear: a tooth that it does not have."""
+        """Yield faults against the gear: a tooth that it does not have."""
         if part.teeth is None:
             yield Problem(("at",), "must be a gear", "Name a rotor with teeth, or one of its gears")
         elif getattr(self, "tooth", 0) >= part.teeth:
@@ -82,7 +82,7 @@ class CrackFault(GearFault):
     flank: Flank = "both"
 
     def misfits(self, part: Any) -> Iterator[Problem]:
-        """Yield what does not fit, also a ring, whose teeth have no fillet here."""
+        """Yield faults against the gear, also a ring gear, whose root fillet is not modelled."""
         yield from super().misfits(part)
         if part.internal:
             yield Problem(("at",), "must be an external gear", "Name one, or take another kind of fault")
@@ -110,7 +110,7 @@ class SpallFault(GearFault):
     flank: Flank = "left"
 
     def misfits(self, part: Any) -> Iterator[Problem]:
-        """Yield what does not fit, also an end before the start."""
+        """Yield faults against the gear, also an end before the start."""
         yield from super().misfits(part)
         if self.end <= self.start:
             yield Problem(("end",), f"must be above start, {self.start:g}", "Give the higher one as end")

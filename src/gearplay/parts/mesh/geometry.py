@@ -88,7 +88,7 @@ def toothing_arm(runout: float, angle: float, known: Floats, e: int, slot: int) 
 
 @compiled_inline
 def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, float]:
-    """Return the mesh phase psi [rad] and its rate [rad/s]: psi_0 + z theta of the driver, as its carrier sees it."""
+    """Return the mesh phase psi [rad] and its rate [rad/s]: psi_0 + z theta of the driver relative to its carrier."""
     d = mesh.driver
     omega = system.rotors[d].nominal_speed
     angle, rate = y[theta_of(d)], y[omega_of(system, d)]
@@ -101,7 +101,7 @@ def mesh_phase(mesh: Any, system: System, t: float, y: Floats) -> tuple[float, f
 
 @compiled_inline
 def update_angle(angle: float, known: Floats, e: int, slot: int, on_grid: bool) -> None:
-    """Do what `store_angle` does, or with the nearest angle of a grid: what comes of that depends on nothing known before."""
+    """Store the angle as `store_angle` does, or the nearest one of a grid, so that the result is independent of earlier calls."""
     if on_grid:
         angle = GRID * math.floor(angle * PER_GRID + 0.5)
     if not on_grid or known[e, slot] != angle:

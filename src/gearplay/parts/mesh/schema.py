@@ -62,7 +62,9 @@ class Damping(Part):
         clashing = rest.keys() & {"law", "maximum", "ratio"}
         if clashing or "value" not in given:
             rule = (
-                f"must not be given beside kind: {min(clashing)}" if clashing else "is required beside kind"
+                f"must not be given together with kind: {min(clashing)}"
+                if clashing
+                else "is required with kind"
             )
             refuse(
                 [
@@ -79,7 +81,9 @@ class Damping(Part):
     def _check(self) -> "Damping":
         problems = []
         if self.ratio is not None and self.maximum > 0.0:
-            problems.append(Problem(("ratio",), "must not be given beside maximum", "Remove one of the two"))
+            problems.append(
+                Problem(("ratio",), "must not be given together with maximum", "Remove one of the two")
+            )
         if self.law == "constant" and self.depth is not None:
             problems.append(
                 Problem(("depth",), 'must not be given with law = "constant"', "Remove one of the two")

@@ -1,4 +1,4 @@
-"""First columns of a mesh's row of slopes, alike for one stiffness of the mesh and for pairs of teeth."""
+"""First columns of a mesh's row of slopes, common to one mesh stiffness and to pairs of teeth."""
 
 # Arms of both toothing centres [m], direction of the line of centres, relative velocity of the toothing centres [m/s], absolute
 # speeds of both rotors and rate of the mesh phase [rad/s].

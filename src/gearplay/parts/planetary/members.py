@@ -90,7 +90,7 @@ class Toothed(Member, Toothing):
 
 
 class Planets(Toothing):
-    """The planets, which are alike."""
+    """The planets, all with the same fields."""
 
     count: Annotated[int, Field(ge=1, le=MOST_PLANETS, description="number of planets")]
     teeth: Teeth
@@ -125,7 +125,7 @@ class Planets(Toothing):
 
 
 class PinError(Part):
-    """Where a pin is off its place on the carrier."""
+    """Position error of a pin on the carrier."""
 
     planet: PlanetNumber
     tangential: Annotated[

@@ -146,13 +146,13 @@ class Planetary(Part):
                 rule = "is required, or stiffness for both kinds of mesh"
                 yield Problem((kind,), rule, "Give one")
             if self.stiffness is not None and getattr(self, kind) is not None:
-                yield Problem((kind,), "must not be given beside stiffness", "Remove one of the two")
+                yield Problem((kind,), "must not be given together with stiffness", "Remove one of the two")
         given = [part for part in SEATS if getattr(self, part) is not None]
         if not given:
             rule = f"is required, or {' or '.join(SEATS[1:])}"
             yield Problem((SEATS[0],), rule, "Say how the planets sit on their pins")
         elif len(given) > 1:
-            rule = f"must not be given beside {given[1]}"
+            rule = f"must not be given together with {given[1]}"
             yield Problem((given[0],), rule, "Say how the planets sit on their pins")
         for part in SEATS:
             held = getattr(self, part)

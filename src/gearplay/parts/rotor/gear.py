@@ -112,11 +112,15 @@ class Toothing(Part):
 
     def _toothing_problems(self) -> Iterator[Problem]:
         if self.tip_diameter is not None and self.addendum != ADDENDUM:
-            yield Problem(("addendum",), "must not be given beside tip_diameter", "Remove one of the two")
+            yield Problem(
+                ("addendum",), "must not be given together with tip_diameter", "Remove one of the two"
+            )
         if self.thickness is not None and self.allowance is not None:
-            yield Problem(("allowance",), "must not be given beside thickness", "Remove one of the two")
+            yield Problem(
+                ("allowance",), "must not be given together with thickness", "Remove one of the two"
+            )
         if self.quality is not None and self.deviations is not None:
-            yield Problem(("quality",), "must not be given beside deviations", "Remove one of the two")
+            yield Problem(("quality",), "must not be given together with deviations", "Remove one of the two")
 
     @property
     def drawn(self) -> list[str]:

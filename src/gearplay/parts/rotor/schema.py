@@ -132,7 +132,7 @@ class SpeedDrive(Part):
 
 
 class TorqueDrive(Part):
-    """Constant torque, terms that vary and a table over time, which add up."""
+    """Sum of a constant torque, harmonic terms and a table over time."""
 
     kind: Literal["torque"] = "torque"
     torque: Annotated[float, Measure(q.TORQUE, "driving torque, counter-clockwise positive")]
@@ -304,7 +304,7 @@ Drive = Annotated[
 
 
 class Load(Part):
-    """What holds a rotor back: torque, its terms and its table oppose its nominal sense, friction and drag its velocity."""
+    """Load of a rotor: torque, its terms and its table oppose its nominal sense, friction and drag its velocity."""
 
     torque: Annotated[float, Measure(q.TORQUE, "constant load torque", ge=0.0)] = 0.0
     terms: Terms = ()
@@ -380,7 +380,7 @@ class Rotor(Toothing):
         if self.gears:
             unused = (("teeth", None), ("internal", False), ("runout", Runout()))
             for name in [*(name for name, value in unused if getattr(self, name) != value), *self.drawn]:
-                rule = "must not be given beside gears, each of which has its own"
+                rule = "must not be given together with gears, each of which has its own"
                 problems.append(Problem((name,), rule, "Write it into one of the gears"))
         elif self.teeth is None and (self.internal or self.drawn):
             what = "an internal gear" if self.internal else f"a gear with {self.drawn[0]}"

@@ -17,7 +17,7 @@ BED_WEIGHTS = np.ascontiguousarray(0.5 * _WEIGHTS)
 
 @compiled
 def bed_half_angle(delta_m: float, c: float, R: float) -> float:
-    """Return the half contact angle theta0 [rad] at penetration delta_m [m], seen from the bush's centre.
+    """Return the half contact angle theta0 [rad] at penetration delta_m [m], about the bush's centre.
 
     cos theta0 = ((R+c)^2 + (c+delta_m)^2 - R^2) / (2 (R+c)(c+delta_m)): (13) measured where (12) is. R is the
     shaft radius [m], c the radial clearance [m].

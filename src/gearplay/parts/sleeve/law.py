@@ -225,7 +225,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
 
 @compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return the change by z of sleeve n's penetration [m] and of its rate [m/s], and that rate."""
+    """Return the derivatives along z of sleeve n's penetration [m] and of its rate [m/s], and the rate."""
     sleeve = system.records[KIND][n]
     arm_x, arm_y = row[S_ARM_X], row[S_ARM_Y]
     e_x, e_y, v_x, v_y = seat_motion_change(system, sleeve.journal, sleeve.bush, z, arm_x, arm_y, row[SPIN])

@@ -144,7 +144,7 @@ class Sleeve(Holder):
             rule = "is required, or shaft_radius with material"
             yield Problem(("stiffness",), rule, "Give the stiffness, or the shaft radius and the material")
         if self.stiffness is not None and self.material is not None:
-            rule = "must not be given beside a stiffness, which it would contradict"
+            rule = "must not be given together with a stiffness, which it would contradict"
             yield Problem(("material",), rule, "Remove one of the two")
         if self.material is not None:
             if self.shaft_radius is None:

@@ -85,7 +85,7 @@ def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[flo
 
 
 def is_isotropic(support: Any) -> bool:
-    """Return whether a support acts alike in all directions: k I + k' J, its damping too."""
+    """Return whether a support is isotropic: k I + k' J, its damping too."""
     return bool(
         support["stiffness_x"] == support["stiffness_y"]
         and support["damping_x"] == support["damping_y"]

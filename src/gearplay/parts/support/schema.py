@@ -134,7 +134,7 @@ class Support(Holder):
         return self.stiffness_matrix[0][0] + cubic, self.stiffness_matrix[1][1] + cubic
 
     def frees_centre(self) -> bool:
-        """Return whether it has a stiffness along x or y, 0 included, or a cubic one."""
+        """Return whether a stiffness along x or y, also 0, or a cubic one is given, which leaves the centre free."""
         return self.stiffness is not None or self.cubic_stiffness > 0.0
 
     def holds_rotation(self) -> bool:

@@ -271,7 +271,7 @@ def grows_with_speed(models: Models) -> tuple[str, str]:
 
 
 def largest_clearance(models: Models, name: str, top: tuple[float, float]) -> tuple[str, str]:
-    """Return the verdict on a model's lines being highest at ``top`` (clearance, backlash [um]) of the three changed ones."""
+    """Return whether a model has its highest lines at ``top`` (clearance, backlash [um]), of three conditions."""
     sets = [article.Condition(120.0, c, b) for c, b in ((200.0, 100.0), (100.0, 200.0), (200.0, 200.0))]
     first = article.Condition(120.0, *top)
     rivals = [c for c in sets if c != first]

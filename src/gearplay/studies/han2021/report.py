@@ -231,7 +231,7 @@ def _csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def story(models: Models, settings: Settings, claims: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return each question with its answer in one sentence, from the numbers of this run."""
+    """Return the summary: each question with its answer in one sentence, from the numbers of this run."""
     coupled = models["coupled"]
     sentences = (
         _simulated(settings),

@@ -125,7 +125,7 @@ def pattern_shares(results: Sequence[PointResult]) -> list[dict[str, Any]]:
 
 
 def share_of(table: Sequence[dict[str, Any]], pattern: str, model: str) -> dict[str, Any]:
-    """Return the row of one pattern and model by the overall measure."""
+    """Return the row of a pattern and a model for the overall measure."""
     return next(r for r in table if (r["pattern"], r["model"], r["measure"]) == (pattern, model, OVERALL))
 
 

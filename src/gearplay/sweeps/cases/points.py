@@ -55,7 +55,7 @@ class Points:
         return math.prod(self.shape)
 
     def at(self, index: int) -> tuple[dict[str, Any], int]:
-        """Return the varied values by name, and the member, of point ``index``; a carried one has its ``direction`` too.
+        """Return the varied values by name, and the member, of point ``index``; with its ``direction`` along a continued axis.
 
         A drawn point has members of its own: were their initial states shared by all points, the common part of these few starts
         would appear as a property of the mechanism.
@@ -101,7 +101,7 @@ class Points:
 
 
 class Spanned(Protocol):
-    """What of a plan makes its points."""
+    """Part of a plan that determines its points."""
 
     @property
     def axes(self) -> tuple[Axis, ...]: ...  # noqa: D102

@@ -1,4 +1,4 @@
-"""Case of a point of a sweep and the key of its stored result; sequences of cases along a carried axis."""
+"""Case of a point of a sweep and the key of its stored result; sequences of cases along a continued axis."""
 
 import hashlib
 from typing import Any
@@ -135,7 +135,7 @@ class Template:
         return replace(self.base, self.changes(values)), member
 
     def address_of(self, index: int) -> bytes:
-        """Return the address of a point's result, 32 bytes."""
+        """Return the storage key of a point's result, 32 bytes."""
         values, member = self.points.at(index)
         words = (
             f"{self.identity} {member} {values.get('direction', '')} {sorted(self.changes(values).items())}"

@@ -131,7 +131,7 @@ def fields_at(sweep: Sweep, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def excess_at(sweep: Sweep, j: int, values: Mapping[str, float]) -> float:
-    """Return 2 sin(alpha0) (sum of radial clearances) less the backlash [m] of mesh j at temperature; NaN where it cannot be."""
+    """Return 2 sin(alpha0) (sum of radial clearances) less the backlash [m] of mesh j at temperature, NaN out of mesh."""
     return _excesses(sweep, tuple(sorted(values.items())))[j]
 
 

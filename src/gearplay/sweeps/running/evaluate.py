@@ -43,7 +43,7 @@ class Sweep:
 
     @cached_property
     def remake(self) -> tuple[Callable[[str], "Sweep"], str]:
-        """How another process makes the same sweep."""
+        """Arguments with which another process rebuilds the sweep."""
         return sweep_of, self.plan.model_dump_json()
 
     @property

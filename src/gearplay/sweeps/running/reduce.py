@@ -165,7 +165,7 @@ def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
             raise _unknown(reduction, "at", reduction.at, tuple(dict.fromkeys(known))) from None
         raise _unknown(reduction, "signal", reduction.signal, tuple(RESULT_VARIABLES)) from None
     if isinstance(reduction, LineReduction) and reduction.order is not None and not case.meshes:
-        rule = "must be near, for a case without a mesh"
+        rule = "must not be given: the case has no mesh"
         raise InputError.of(f"reduce.{reduction.name}.order", reduction.order, rule, "Give near in Hz")
     return [wanted]
 

@@ -101,7 +101,7 @@ def _write(sweep: Sweep, rows: Rows, path: Path) -> Account:
 
 
 def blocks(shape: tuple[int, ...], most: int) -> Iterator[tuple[slice, ...]]:
-    """Yield blocks that cover an array in C order, at most ``most`` values each; all but those at the ends are alike.
+    """Yield blocks that cover an array in C order, at most ``most`` values each, of equal shape except at the ends.
 
     >>> [[(part.start, part.stop) for part in block] for block in blocks((2, 3), 2)]
     [[(0, 1), (0, 2)], [(0, 1), (2, 3)], [(1, 2), (0, 2)], [(1, 2), (2, 3)]]

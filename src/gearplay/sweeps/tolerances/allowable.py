@@ -72,7 +72,7 @@ class Allowable:
 
     @property
     def confirmed(self) -> bool | None:
-        """Whether the fresh sample proves the advised factor (True), contradicts it (False), or leaves it open (None)."""
+        """Whether the out-of-sample check confirms the advised factor (True), refutes it (False), or does not decide (None)."""
         if self.check is None:
             return None
         return True if self.check.low >= self.wanted else False if self.check.high < self.wanted else None

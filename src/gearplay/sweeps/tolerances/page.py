@@ -221,7 +221,7 @@ def _sizes(search: Allowable, grown: list[Random], scaling: str) -> list[dict[st
 
 
 def first_words(document: dict[str, Any]) -> list[str]:
-    """Return the summary in at most three sentences: is the limit kept, what size is safe, which parameter matters."""
+    """Return the summary in at most three sentences: limit kept or not, safe size, dominant parameter."""
     conditions, search = document["conditions"], document["search"]
     if len(conditions) != 1:
         counts = Counter(each["verdict"] for each in conditions)

@@ -51,7 +51,7 @@ class Proportion:
 
 @dataclass(frozen=True)
 class Exceedance:
-    """How often a measure exceeds ``limit``: the probability among finished cases, with its interval.
+    """Probability that a measure exceeds ``limit``, among finished cases, with its interval.
 
     ``bounds`` are the interval's ends had every failed case met the limit, and had every one exceeded it.
     """

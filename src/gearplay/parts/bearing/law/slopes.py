@@ -128,7 +128,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
 def _motion_change(
     bearing: Any, system: System, row: Floats, z: Floats
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """Return the change by z of the motion relative to the seat, in the order of the inputs of a slope."""
+    """Return the derivative along z of the motion relative to the seat, in the order of the inputs of a slope."""
     i, b = bearing.rotor, bearing.carrier
     arm_x, arm_y, spin_b = row[KINEMATICS + ARM_X], row[KINEMATICS + ARM_Y], row[KINEMATICS + SPIN_B]
     e_x, e_y, v_x, v_y = seat_motion_change(system, i, b, z, arm_x, arm_y, spin_b)
@@ -138,7 +138,7 @@ def _motion_change(
 
 @compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return the change by z of the penetration of switch s of bearing n [m] and of its rate [m/s], and that rate.
+    """Return the derivatives along z of the penetration of switch s of bearing n [m] and of its rate [m/s], and the rate.
 
     Of the switch of a dent: of the angle between the element and the dent's middle [rad] and of its rate [rad/s].
     """

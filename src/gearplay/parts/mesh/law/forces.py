@@ -1,4 +1,4 @@
-"""Gaps, forces and signals of a mesh, and the time for which its flanks stay apart in free motion."""
+"""Gaps, forces and signals of a mesh, and the guaranteed time without contact in free motion."""
 
 import math
 from typing import Any

@@ -126,5 +126,5 @@ def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[flo
 
 
 def joined_centres(records: Any) -> list[tuple[int, int]]:
-    """Return the pairs of rotors between whose centres a force acts."""
+    """Return the pairs of rotors that the force of the mesh couples by their centres."""
     return [(int(each["a"]), int(each["b"])) for each in records]

@@ -214,7 +214,7 @@ def _flank_change(
 
 @compiled_once
 def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[float, float, float]:
-    """Return the change by z of switch function s of mesh n and of its rate, and that rate."""
+    """Return the derivatives along z of switch function s of mesh n and of its rate, and the rate."""
     mesh = system.records[KIND][n]
     if mesh.pairs > 0:
         d_x, d_y, v_x, v_y, psi, psi_rate = _mesh_changes(system, mesh, row, z)

@@ -199,7 +199,7 @@ def locate_kinks(system: System, n: int, located: bool, branch: Branch, loads: L
 def initialise_touch(
     system: System, n: int, k: int, t: float, y: Floats, branch: Branch, loads: Loads
 ) -> None:
-    """Set what the touch of contact k begins with: its ramp and sense, and what follows the phase if the mesh was open."""
+    """Initialise contact k at its onset: ramp and sense, and the values that follow the phase if the mesh was open."""
     mesh = system.records[KIND][n]
     modes = branch.modes
     flank = k - mesh.contact
