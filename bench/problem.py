@@ -143,5 +143,5 @@ class Problem:
 
 
 BASE = gp.replace(gp.load_case("han2021"), {"sleeves.ring.restitution": 1.0, "run.transient": 0.0})
-LIVELY = Problem("lively", gp.replace(BASE, {"rotors.ring.initial.vx": 0.05}), 0.02, (1, 2, 3, 4, 5))
+LIVELY = Problem("rattling", gp.replace(BASE, {"rotors.ring.initial.vx": 0.05}), 0.02, (1, 2, 3, 4, 5))
 QUIET = Problem("quiet", BASE, 0.1, (1, 2, 3, 4, 5))

@@ -120,7 +120,10 @@ def basins() -> None:
     )
     title = "Torsional pair at 0.6 of its natural frequency, F_m = 0.1, F_a = 0.05: where a start leads"
     figure = found.plot(title=title)
-    labels = {"xlabel": "wheel's rotation [rad]", "ylabel": "speed of the wheel relative to the nominal one [rad/s]"}
+    labels = {
+        "xlabel": "wheel's rotation [rad]",
+        "ylabel": "speed of the wheel relative to the nominal one [rad/s]",
+    }
     figure.axes[0].set(**labels)
     (sized.out / "nonlinear-basins.png").write_bytes(to_png(figure))
 

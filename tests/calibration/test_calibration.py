@@ -117,6 +117,16 @@ def test_a_condition_left_out_is_predicted_by_the_others() -> None:
     assert found.residuals == pytest.approx(matrix[~inside] @ mean - y[~inside], abs=0.02)
 
 
+def test_leave_one_out__a_single_condition_is_not_predicted_from_none() -> None:
+    """Without other data the posterior is the prior: its prediction is no test of the fit."""
+    comparison = Comparison(linear("absolute")[0].comparison.data[:4], "absolute")
+    assert len({each.condition for each in comparison.data}) == 1
+    trials = linear("absolute")[0]
+    assert (
+        leave_one_out(dataclasses.replace(trials, comparison=comparison), PARAMETERS, discrepancy=False) == []
+    )
+
+
 def test_leave_one_out__a_condition_does_not_affect_its_own_prediction() -> None:
     """Twice what was measured under one condition: the error shows there in full, and nothing else moves."""
     plan = small_plan()

@@ -66,6 +66,16 @@ def test_glossary__names_are_those_of_the_program() -> None:
     assert words - known - NOTATION == set()
 
 
+def test_tables_of_the_pages_begin_with_a_header() -> None:
+    """A row above the header, or a separator in another place, would be shown as text with bars."""
+    for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+        text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+        for block in re.findall(r"(?:^\|.*\n)+", text, flags=re.MULTILINE):
+            lines = block.splitlines()
+            separators = [k for k, line in enumerate(lines) if re.fullmatch(r"\|[-:| ]*-[-:| ]*\|", line)]
+            assert separators == [1], f"{page.name}: {lines[0]}"
+
+
 @pytest.mark.parametrize("number", range(1, 21))
 def test_every_published_equation_is_in_the_table(number: int) -> None:
     table = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8").split("## 2.")[0]

@@ -10,11 +10,11 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 HEAD = """# Mutation
 
-Written by `make mutation`; do not edit. How many errors of the physics do the tests detect? One sign, number, comparison
-or loop of `kernels`, `integrate`, `parts` or of the computing part of `model` is changed by
-[cosmic-ray](https://cosmic-ray.readthedocs.io), and the tests run at small size until one fails. Places are drawn
-uniformly; type hints, messages and names of signals are excluded. An undetected mutant is judged by hand in
-`tests/mutation/judged.toml`:
+Written by `make mutation`; do not edit. How many errors of the physics do the tests detect? One sign, number,
+comparison or loop of `kernels`, `integrate`, `parts` or of the computing part of `model` is changed by
+[cosmic-ray](https://cosmic-ray.readthedocs.io), and the tests run at small size until one fails. Places are
+drawn uniformly; type hints, messages and names of signals are excluded. An undetected mutant is judged by
+hand in `tests/mutation/judged.toml`:
 
 * *equivalent*: no visible number can differ;
 * *speed only*: the same motion with more or less work;

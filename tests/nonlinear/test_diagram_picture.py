@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+import gearplay as gp
 from gearplay.nonlinear.figures import FEW_POINTS, bifurcation_drawing
 from gearplay.pictures.canvas import PALETTE
 from pictures import APART, BLIND, seen_as
@@ -47,3 +48,17 @@ def test_line_colours__are_distinct_for_the_colour_blind() -> None:
     for eyes in BLIND.values():
         seen = [seen_as(color, eyes) for color in PALETTE]
         assert min(np.linalg.norm(a - b) for a, b in combinations(seen, 2)) > APART
+
+
+@pytest.mark.parametrize(("values", "least", "most"), [(60, 2.5, 3.0), (1000, 1.2, 1.2)])
+def test_size_of_dots_follows_the_number_of_values(values: int, least: float, most: float) -> None:
+    """60 columns of dots of 1.2 points are all but invisible; 1000 columns of 3 points overlap."""
+    axes = bifurcation_drawing(diagram(values, 60), ["ring.x"]).axes[0]
+    assert all(least <= line.get_markersize() <= most for line in axes.lines)
+
+
+def test_message__range_in_the_unit_of_the_axis() -> None:
+    found = gp.bifurcation(
+        "pulsating-pair", "rotors.pinion.drive.speed", ["600 rpm", "900 rpm"], ["gear.x"], settle=1, keep=1
+    )
+    assert "rotors.pinion.drive.speed from 600 to 900 rpm, 2 values" in found.message

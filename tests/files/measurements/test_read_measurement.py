@@ -189,3 +189,20 @@ def test_library_warning__is_a_refusal() -> None:
     logging.getLogger("noisy.part").warning("read %d of %d", 3, 4)
     with pytest.raises(MeasurementError, match=r"readable X file \(read 3 of 4\)"):
         complaints.refuse(Path("a.x"), "X")
+
+
+def test_a_record_shows_its_channels_and_not_its_samples() -> None:
+    acc, force = Channel("acc", np.zeros(500), 1000.0, "m/s^2"), Channel("force", np.zeros(500), 1000.0)
+    assert repr(acc) == "<gearplay channel acc: 500 samples at 1000 Hz, m/s^2>"
+    assert (
+        repr(Record((acc, force), source="run.h5"))
+        == "<gearplay record run.h5: 2 channels, 0.5 s; channels acc, force>"
+    )
+
+
+def test_a_channel_of_several_must_be_named() -> None:
+    record = Record(tuple(Channel(name, np.zeros(5), 10.0) for name in ("acc", "force")))
+    with pytest.raises(
+        InputError, match=r"channel: is required: the record has several channels\. Channels: acc, force\."
+    ):
+        record.channel()
