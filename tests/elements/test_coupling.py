@@ -188,6 +188,20 @@ def test_stages_play_among_them_is_a_coupling_with_play() -> None:
     assert np.max(difference) < 1e-10
 
 
+def test_stages_twist_alike_with_a_lateral_part() -> None:
+    """The centres move apart and together by their own spring, the twist by the spring in stages."""
+    plain = simulate_one(shafts(theta=3e-3, torsional_stiffness=None, torque=STAGES))
+    document = shafts(theta=3e-3, torsional_stiffness=None, torque=STAGES, lateral_stiffness=1e5)
+    for rotor in document["rotors"].values():
+        rotor["floating"] = True
+    document["rotors"]["one"]["initial"]["x"] = 1e-4
+    run = simulate_one(document)
+    twist = run.signal("coupling_twist", "one-two")
+    assert np.max(np.abs(twist - plain.signal("coupling_twist", "one-two"))) < 1e-10
+    apart = run.signal("x", "one") - run.signal("x", "two")
+    assert np.max(np.abs(apart - 1e-4 * np.cos(math.sqrt(2e5) * run.time))) < 1e-11
+
+
 def test_stages_statics_and_modes_at_a_load() -> None:
     """The twist under a torque is on the curve, about the rest angle; the frequency is that of the stage's stiffness."""
     for torque, twist, k in ((1.0, 0.5e-3, K_1), (8.0, 2e-3, K_2), (-8.0, -2e-3, K_2), (50.0, 9e-3, K_2)):
