@@ -112,7 +112,7 @@ def _downstream(
     matrix, size = stiffness(), float(np.linalg.norm(left))
     span = EARLY / max(_largest(matrix), enough)
     for _ in range(STEPS):
-        step = np.linalg.solve(np.eye(at.size) / span + matrix, left)
+        step: Floats = np.asarray(np.linalg.solve(np.eye(at.size) / span + matrix, left), dtype=np.float64)
         step *= min(1.0, STRIDE / max(_largest(step), STRIDE))
         now = force(at + step)
         rises = now is not None and float(np.linalg.norm(now)) > RISE * max(size, 10.0 * enough)
