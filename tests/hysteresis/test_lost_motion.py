@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from planetary_sets import planetary_document
 
 ARCMIN = 180.0 * 60.0 / np.pi
 COS = np.cos(np.radians(20.0))
@@ -361,3 +362,24 @@ def test_torques_that_drown_in_rounding_are_refused(torque: float) -> None:
     """Such a torque would leave the flanks apart, and the play be 0."""
     with pytest.raises(gp.SimulationError, match="cannot be told from rounding"):
         of_article(article(1e-4, 1e-4), torque)
+
+
+def test_floating_sun_and_classes_of_teeth__have_equilibria() -> None:
+    """Four planets in bushes, a sun that nothing holds: with either contact of the teeth one pair of each mesh decides."""
+    teeth = {"kind": "teeth", "method": "iso6336"}
+    found = []
+    for contact in ("pairs", "mesh"):
+        wide = {"facewidth": 0.05, "quality": 7}
+        changes = {
+            "sun": {**wide, "drive": None, "floating": True},
+            "planets": wide,
+            "ring": wide,
+            "pin": {"radial_clearance": 2e-5, "stiffness": 1e9, "law": "hunt-crossley", "restitution": 0.9},
+        }
+        document = planetary_document(contact=contact, sun_planet=teeth, planet_ring=teeth, **changes)
+        stage = document["planetary"]["stage"]
+        stage.pop("support"), stage.pop("stiffness")
+        answer = gp.lost_motion(document, at="stage.carrier", hold="stage.sun", torque="2 kN m")
+        found.append(float(answer.ds["lost_motion_arcmin"]))
+    assert 3.0 < found[0] < 20.0
+    assert found[1] == pytest.approx(found[0], rel=0.05)

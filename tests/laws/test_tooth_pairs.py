@@ -384,3 +384,52 @@ def test_refusals__name_the_field(change: Document, words: str) -> None:
     mesh = {**document["meshes"][0], **change.pop("meshes", [{}])[0]}
     with pytest.raises(InputError, match=words):
         load_case(merged(merged(document, change), {"meshes": [mesh]}))
+
+
+def test_many_pairs__share_the_load_at_once() -> None:
+    """A wide helical pair: seven pairs in contact; slots, modes and slopes by the case; forces add up to the load."""
+    document = document_of(4e-3, (40, 80), (0, 0), False, 1e-4, 0.15)
+    for name in ("one", "two"):
+        document["rotors"][name]["helix_angle"] = math.radians(25.0)
+    del document["meshes"][0]["center_distance"]
+    for name in ("one", "two"):
+        del document["rotors"][name]["position"]
+    document["rotors"]["one"] |= {"drive": {"kind": "speed", "speed": 20.0}}
+    document["rotors"]["two"] |= {"load": {"torque": 500.0}}
+    document["meshes"][0] |= {"damping": {"ratio": 0.3}, "friction_coefficient": 0.0}
+    document["run"] |= {"transient": 0.05, "duration": 0.01, "sampling": 1e4, "tolerance": 1e-7}
+    packed, pair = pack(case_of(document)), pair_of(case_of(document), 0)
+    (mesh,) = packed.system.records[MESH]
+    assert mesh.pairs > 6
+    run = simulate_one(document)
+    slots = [f"one-two:drive-{k}" for k in range(mesh.pairs)]
+    forces = np.array([run.signal("pair_force", name) for name in slots])
+    total = pair.contact_ratio + pair.overlap_ratio
+    carrying = np.sum(forces > 0.0, axis=0)
+    assert {int(np.min(carrying)), int(np.max(carrying))} <= {math.floor(total), math.ceil(total)}
+    assert np.max(carrying) > 4
+    assert np.mean(forces.sum(axis=0)) == pytest.approx(500.0 / pair.second.base_radius, rel=1e-3)
+
+
+def test_pitch_deviation_of_a_helical_tooth__shifts_its_pair() -> None:
+    """Constant along the oblique line of contact: the overlap of its pair alone changes by it, wherever the line is."""
+    document = document_of(4e-3, (20, 60), (0, 0), False, 1e-4, 0.03)
+    for name, z in (("one", 20), ("two", 60)):
+        document["rotors"][name] |= {"helix_angle": 0.2, "teeth": z}
+        del document["rotors"][name]["position"]
+    del document["meshes"][0]["center_distance"]
+    pitch = np.zeros(20)
+    pitch[0] = -5e-6
+    deviating = merged(document, {"rotors": {"one": {"deviations": {"pitch": pitch.tolist()}}}})
+    transverse = pair_of(case_of(document), 0).first.transverse_angle
+    seen = set()
+    for share in np.linspace(0.0, 1.0, 9):
+        plain = pack(case_of(document))
+        path = pair_of(case_of(document), 0).path
+        y = placed(plain, path.start + float(share) * path.length, 1e-5)
+        off = [
+            a.p - b.p for a, b in zip(pairs_at(pack(case_of(deviating)), y), pairs_at(plain, y), strict=True)
+        ]
+        seen.update(round(1e9 * each, 3) for each in off)
+    assert seen <= {0.0, round(-5e3 * math.cos(transverse), 3), -0.0}
+    assert len(seen) == 2

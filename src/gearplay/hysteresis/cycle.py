@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.hysteresis.balance_path import Train
+from gearplay.vocabulary.errors import SimulationError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,10 +62,16 @@ def limit_at_zero(train: Train, rated: float, sign: float) -> float:
     """Return the limit of the rotation [rad] as a torque of a sign goes to 0; train without friction, loaded with that sign.
 
     Deflections of linear springs go with T, those of Hertz contacts with T^(2/3): Richardson's extrapolation removes the first,
-    Aitken's the other. Where something preloads the train so that this sequence does not converge, its last rotation.
+    Aitken's the other. Where something preloads the train so that this sequence does not converge, or forces of fainter torques
+    are rounding of those between the teeth, its last rotation.
     """
     torques = sign * FAINT * rated * FINER ** -np.arange(float(LIMITS))
-    angles = np.array([train.load(torque) for torque in torques.tolist()])
+    found = [train.load(float(torques[0]))]
+    try:
+        found += [train.load(torque) for torque in torques[1:].tolist()]
+    except SimulationError:
+        return found[-1]
+    angles = np.array(found)
     linear = (FINER * angles[1:] - angles[:-1]) / (FINER - 1.0)
     first, last = float(linear[1] - linear[0]), float(linear[2] - linear[1])
     if abs(last) < 1e-15 or abs(last) >= abs(first):

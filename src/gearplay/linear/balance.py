@@ -25,6 +25,8 @@ FLATTER = 0.3
 """Part of the slope along a step that may be left at its end."""
 EARLY, LATE = 1e2, 1e12
 """First and longest time step along the flow, over the largest stiffness."""
+RISE = 4.0
+"""Factor by which forces may rise in a step along the flow that is longer than the first."""
 STRIDE = 0.3
 """Longest step along the flow, in natural sizes."""
 TRIALS = 40
@@ -110,10 +112,11 @@ def _downstream(
     matrix, size = stiffness(), float(np.linalg.norm(left))
     span = EARLY / max(_largest(matrix), enough)
     for _ in range(STEPS):
-        step = np.linalg.solve(np.eye(at.size) / span + matrix, left)
+        step: Floats = np.asarray(np.linalg.solve(np.eye(at.size) / span + matrix, left), dtype=np.float64)
         step *= min(1.0, STRIDE / max(_largest(step), STRIDE))
         now = force(at + step)
-        if now is None:
+        rises = now is not None and float(np.linalg.norm(now)) > RISE * max(size, 10.0 * enough)
+        if now is None or (rises and span * _largest(matrix) > EARLY):
             span *= 0.1
             continue
         at, left, before, size = at + step, now, size, float(np.linalg.norm(now))
