@@ -144,7 +144,7 @@ class HousingPath(Part):
             return np.asarray(np.diff(speed) * sampling)
         size = 2 * len(change)  # the response of the second half does not come round to the first
         frequency: Floats = np.fft.rfftfreq(size, 1.0 / sampling).astype(np.float64)
-        ahead: Complex = 2j * math.pi * frequency / sampling
+        ahead: Complex = np.asarray(2j * math.pi / sampling * frequency, dtype=np.complex128)
         ahead[0] = 1.0  # a constant force makes no acceleration
         averaged: Complex = np.expm1(ahead) / ahead
         averaged[0] = 0.0
