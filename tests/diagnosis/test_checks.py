@@ -11,6 +11,7 @@ import gearplay as gp
 from gearplay.datasets.reading import load_dataset_plan
 from gearplay.diagnosis.machine import machine_of_case
 from gearplay.diagnosis.simulated_records import at_speed, length_of, loads_of
+from gearplay.diagnosis.suspects import suspects_of
 
 HOW_TO = Path(__file__).resolve().parents[2] / "docs" / "how-to"
 PAIR, RIG = HOW_TO / "rattling-pair.toml", HOW_TO / "rattling-rig.toml"
@@ -154,6 +155,16 @@ def test_speed_and_length_of_simulated_records() -> None:
     assert length_of(machine, 20.0, 60.0) == pytest.approx(12.0 / (20.0 * 20 / 41))
     assert length_of(machine, 20.0, 0.8) == 0.8
     assert length_of(machine, 0.1, 600.0) == 8.0
+
+
+def test_speed_of_a_planetary_set__is_that_of_its_driven_member() -> None:
+    case = gp.load_case("planetary-reducer")
+    faster, found = at_speed(case, 1.01)
+    assert found
+    drives = [each.rotors["stage.sun"].drive.speed for each in (case, faster)]  # type: ignore[union-attr]
+    assert drives[1] == pytest.approx(1.01 * drives[0])
+    suspects, said = suspects_of(case, machine_of_case(case), [], {})
+    assert (suspects, said) == ([], [])
 
 
 def test_bearings_of_a_case__have_their_lines() -> None:

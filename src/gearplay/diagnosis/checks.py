@@ -98,6 +98,8 @@ def checked(
     said = [] if found else ["The drive of the case has no constant speed: it is simulated as it is."]
     likely = [h for h in every if h.kind != "none" and h.confidence >= POSSIBLE][:CHECKED]
     suspects, left = suspects_of(turned, machine, likely, loads_of(turned, stop))
+    if not suspects:
+        return Checks(doubts=(*left, *said))
     sensor = record.name.rpartition(".")[0]
     simulations = Simulations(
         turned,

@@ -51,9 +51,10 @@ def length_of(machine: Machine, speed: float, duration: float) -> float:
 def at_speed(case: Case, ratio: float) -> tuple[Case, bool]:
     """Return a case with its driven speeds times a ratio, and whether there was one."""
     changes = {
-        f"rotors.{name}.drive.speed": speed * ratio
+        f"{'rotors' if name.partition('.')[0] not in case.planetary else 'planetary'}.{name}.drive.speed": speed
+        * ratio
         for name, rotor in case.rotors.items()
-        if isinstance(speed := getattr(rotor.drive, "speed", None), float)
+        if isinstance(speed := getattr(rotor.drive, "speed", None), float) and speed != 0.0
     }
     return (replace(case, changes) if changes else case), bool(changes)
 

@@ -136,7 +136,9 @@ def _wear(case: Case) -> Iterator[Suspect]:
             levels = tuple({f"meshes.{j}.backlash": size} for size in sizes)
             yield Suspect(name, "rattle", "", "backlash", sizes, levels)
     bushes = [
-        (name, each.radial_clearance) for name, each in case.sleeves.items() if each.radial_clearance > 0.0
+        (name, each.radial_clearance)
+        for name, each in case.sleeves.items()
+        if each.radial_clearance > 0.0 and "." not in name
     ]
     for name, now in bushes[:MOST_BUSHES]:
         sizes = tuple(factor * now for factor in WORN)
