@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gearplay.kernels.ripple import ripple
+from gearplay.kernels.prescribed import variation
 from gearplay.model.check import check_case
 from gearplay.model.pack import pack
 from gearplay.model.reading import load_case, replace
@@ -59,8 +59,8 @@ def test_only_a_prescribed_speed_ripples() -> None:
 def test_angle_speed_and_acceleration_are_each_others_slopes() -> None:
     """By differences of fourth order, and a hand's case: order 1, phase 0, a quarter turn: a, omega (1 + a), 0."""
     system = pack(with_drive(speed=2.0 * math.pi, ripple=[{"order": 1, "amplitude": 0.1}])).system
-    assert ripple(system, 0, 0.0) == (0.0, 0.0, pytest.approx(0.1 * 4.0 * math.pi**2))
-    assert ripple(system, 0, 0.25) == (
+    assert variation(system, 0, 0.0) == (0.0, 0.0, pytest.approx(0.1 * 4.0 * math.pi**2))
+    assert variation(system, 0, 0.25) == (
         pytest.approx(0.1),
         pytest.approx(0.2 * math.pi),
         pytest.approx(0.0, abs=1e-14),
@@ -69,8 +69,8 @@ def test_angle_speed_and_acceleration_are_each_others_slopes() -> None:
     system = pack(with_drive(ripple=terms)).system
     h = 1e-4
     for t in np.linspace(0.0, 2.0, 41):
-        at = [ripple(system, 0, t + k * h) for k in (-2, -1, 1, 2)]
-        _, omega, alpha = ripple(system, 0, t)
+        at = [variation(system, 0, t + k * h) for k in (-2, -1, 1, 2)]
+        _, omega, alpha = variation(system, 0, t)
         for place, slope in ((0, omega), (1, alpha)):
             v = [values[place] for values in at]
             assert (v[0] - 8.0 * v[1] + 8.0 * v[2] - v[3]) / (12.0 * h) == pytest.approx(slope, abs=1e-7)

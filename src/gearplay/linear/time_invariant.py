@@ -20,6 +20,7 @@ from gearplay.parts.rotor.gear import Runout
 from gearplay.parts.rotor.schema import (
     CascadeDrive,
     Load,
+    MotorDrive,
     PositionDrive,
     Rotor,
     ServoDrive,
@@ -111,7 +112,7 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
         if carrier >= 0 and frames.speeds[i] != speeds[carrier]:
             rule = f"must be left out, since {names[i]} goes round with {names[carrier]}, in no coaxial set alone"
             raise InputError.of("speed", speed, rule, "Ask for the modes at rest")
-    servos = frozenset(n for n, r in hot.rotors.items() if isinstance(r.drive, ServoDrive))
+    servos = frozenset(n for n, r in hot.rotors.items() if isinstance(r.drive, (ServoDrive, MotorDrive)))
     return Smooth(still, packed, centres, speeds, servos, carriers, frames)
 
 
@@ -153,7 +154,7 @@ def _servo_springs(case: Case) -> dict[str, Support]:
     """Return supports with the springs that speed servos are to their rotors: gain on the speed, and on its integral."""
     found = {}
     for name, rotor in case.rotors.items():
-        if not isinstance(rotor.drive, ServoDrive):
+        if not isinstance(rotor.drive, (ServoDrive, MotorDrive)):
             continue
         before = case.supports.get(name)
         spring = before.torsional_stiffness if before is not None else 0.0

@@ -25,6 +25,7 @@ from gearplay.parts.drive.terms import largest_torque
 from gearplay.parts.rotor.schema import (
     CascadeDrive,
     Load,
+    MotorDrive,
     PositionDrive,
     Rotor,
     ServoDrive,
@@ -197,6 +198,7 @@ def _excites(rotor: Rotor) -> bool:
         or ramped
         or rippling
         or (isinstance(drive, TorqueDrive) and drive.largest_torque != 0.0)
+        or (isinstance(drive, MotorDrive) and (drive.voltage != 0.0 or drive.over_time is not None))
         or isinstance(drive, (PositionDrive, CascadeDrive))
     )
 

@@ -23,7 +23,9 @@ from gearplay.parts.drive import servo
 from gearplay.parts.housing import law as housing
 from gearplay.parts.protocol import Packing
 from gearplay.parts.registry import EXCITATION, KINDS, MESH, PAIR, POSITIONER
+from gearplay.schema.fields import LARGEST
 from gearplay.schema.records import edges
+from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
@@ -57,6 +59,10 @@ class Packed:
         return int(self.natural.size)
 
 
+NO_LIMIT = LARGEST[q.TORQUE.name]
+"""Torque limit [N m] of a motor, which its voltage limits."""
+
+
 def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
     rotors = [blank(ROTOR) for _ in case.rotors]
     for i, (name, given) in enumerate(case.rotors.items()):
@@ -85,6 +91,8 @@ def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
             r.drive_torque = drive.torque
             continue
         r.drive = layout.DRIVE_SPEED if prescribed else layout.DRIVE_SERVO
+        if drive.kind == "motor":
+            continue
         r.ramp_time, r.ramp_start = drive.ramp, drive.start_speed
         r.ramp_acceleration = (drive.speed - drive.start_speed) / drive.ramp if drive.ramp > 0.0 else 0.0
     return rotors
@@ -101,9 +109,20 @@ def _refuse_moving(name: str, start: Any) -> None:
 def _pack_servos(case: "Case", assembly: Assembly, rotors: Any, set_points: SetPoints) -> None:
     for i, (name, given) in enumerate(case.rotors.items()):
         drive = given.drive
-        if drive is None or drive.kind != "servo":
+        if drive is None or (drive.kind != "servo" and drive.kind != "motor"):
             continue
         s = blank(servo.RECORD)
+        if drive.kind == "motor":
+            s.rotor, s.gain, s.limit = i, drive.proportional_gain, NO_LIMIT
+            s.lag = drive.inductance / drive.resistance
+            s.speed = (
+                drive.speed if drive.over_time is None else drive.over_time.constant / drive.torque_constant
+            )
+            wave = set_points.add(s, drive.over_time, scale=1.0 / drive.torque_constant)
+            rotors[i].controller = len(assembly.entries)
+            rate = max(wave, 1.0 / s.lag)
+            assembly.add(servo, name, s, [i], always=True, switches=1, states=2, rate=rate)
+            continue
         s.rotor, s.speed = i, drive.speed if drive.over_time is None else drive.over_time.constant
         rate = set_points.add(s, drive.over_time)
         s.gain, s.integral_gain, s.limit = drive.proportional_gain, drive.integral_gain, drive.torque_limit

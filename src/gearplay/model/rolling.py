@@ -135,7 +135,9 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
     Raises `InputError` where the prescribed speeds contradict each other.
     """
     given = {
-        n: r.drive.speed if r.drive.kind == "speed" or r.drive.kind == "servo" else 0.0
+        n: r.drive.speed
+        if r.drive.kind == "speed" or r.drive.kind == "servo" or r.drive.kind == "motor"
+        else 0.0
         for n, r in case.rotors.items()
         if r.drive is not None and r.drive.kind != "torque"
     }
@@ -153,10 +155,15 @@ def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.fl
     drives = {
         n: r.drive
         for n, r in case.rotors.items()
-        if r.drive is not None and (r.drive.kind == "speed" or r.drive.kind == "servo")
+        if r.drive is not None
+        and (r.drive.kind == "speed" or r.drive.kind == "servo" or r.drive.kind == "motor")
     }
     given = {
-        n: d.start_speed if d.ramp > 0.0 else d.speed if d.over_time is None else d.first_speed
+        n: d.start_speed
+        if d.kind != "motor" and d.ramp > 0.0
+        else d.speed
+        if d.over_time is None
+        else d.first_speed
         for n, d in drives.items()
     }
     if all(given[n] == d.speed for n, d in drives.items()):

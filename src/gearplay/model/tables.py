@@ -22,6 +22,7 @@ SET_POINTS: Final = {
     "servo": "speed",
     "position": "angle",
     "cascade": "angle",
+    "motor": "voltage",
 }
 """Field of the set-point of a drive, by its kind."""
 

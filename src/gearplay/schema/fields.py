@@ -33,6 +33,7 @@ LARGEST: Final[Mapping[str, float]] = MappingProxyType({
     q.PRESSURE.name: 1e14, q.RATIO.name: 1e6, q.HERTZ_STIFFNESS.name: 1e24,
     q.TEMPERATURE.name: 1e4, q.EXPANSION.name: 1.0, q.MASS_DENSITY.name: 1e6,
     q.INTEGRAL_GAIN.name: 1e15, q.UNBALANCE.name: 1e9, q.SPECTRAL_DENSITY.name: 1e12,
+    q.RESISTANCE.name: 1e9, q.INDUCTANCE.name: 1e6, q.TORQUE_CONSTANT.name: 1e6,
     q.VOLTAGE.name: 1e4, q.SENSITIVITY.name: 1e3, q.ACCELERATION_DENSITY.name: 1e3,
     q.WEAR_COEFFICIENT.name: 1e-6,
 })  # fmt: skip

@@ -90,6 +90,9 @@ ROTATIONAL_STIFFNESS: Final = Quantity(
 PRESSURE: Final = Quantity("pressure", "E", "Pa", "GPa", 1e-9, "pressure, elastic modulus")
 RATIO: Final = Quantity("ratio", "r", "1", "1", 1.0, "ratio")
 VOLTAGE: Final = Quantity("voltage", "U", "V", "V", 1.0, "voltage")
+RESISTANCE: Final = Quantity("resistance", "R", "ohm", "ohm", 1.0, "electrical resistance")
+INDUCTANCE: Final = Quantity("inductance", "L", "H", "mH", 1e3, "inductance")
+TORQUE_CONSTANT: Final = Quantity("torque_constant", "k_t", "N m/A", "N m/A", 1.0, "torque constant")
 SENSITIVITY: Final = Quantity(
     "sensitivity", "S", "V/(m/s^2)", "mV/(m/s^2)", 1e3, "sensitivity of an accelerometer"
 )
@@ -115,7 +118,7 @@ DIMENSIONS: Final[Mapping[str, Quantity]] = MappingProxyType({
         LENGTH, MASS, INERTIA, ANGLE, ANGULAR_SPEED, TIME, FREQUENCY, SPEED, ACCELERATION, FORCE, TORQUE,
         STIFFNESS, DAMPING, ROTATIONAL_DRAG, ROTATIONAL_STIFFNESS, PRESSURE, RATIO, HERTZ_STIFFNESS,
         VOLTAGE, SENSITIVITY, ACCELERATION_DENSITY, UNBALANCE, SPECTRAL_DENSITY,
-        INTEGRAL_GAIN, TEMPERATURE, EXPANSION, MASS_DENSITY, WEAR_COEFFICIENT,
+        INTEGRAL_GAIN, TEMPERATURE, EXPANSION, MASS_DENSITY, WEAR_COEFFICIENT, RESISTANCE, INDUCTANCE, TORQUE_CONSTANT,
     )
 })  # fmt: skip
 """Dimensions of inputs, by name."""

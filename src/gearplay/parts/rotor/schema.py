@@ -34,6 +34,7 @@ StartSpeed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed at which a ramp be
 Coordinate = Annotated[float, Measure(q.LENGTH, "coordinate of the nominal centre")]
 Torque = Annotated[float, Measure(q.TORQUE, "torque, counter-clockwise positive")]
 Angle = Annotated[float, Measure(q.ANGLE, "rotation wanted")]
+Voltage = Annotated[float, Measure(q.VOLTAGE, "voltage of the winding")]
 TorqueLimit = Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
 Sensor = (
     Annotated[RotorName, Field(description="rotor whose angle is measured; this one if not given")] | None
@@ -173,6 +174,49 @@ class ServoDrive(Part):
         return self.speed if self.over_time is None else self.over_time.at_start
 
 
+class MotorDrive(Part):
+    """Motor at a voltage u: ``inductance i' + resistance i + torque_constant omega = u``, torque ``torque_constant i``.
+
+    The current is a state, 0 at the start; the rotor starts with the speed without load, unless ``initial.omega`` is given.
+    """
+
+    kind: Literal["motor"] = "motor"
+    voltage: Annotated[
+        float, Measure(q.VOLTAGE, "voltage of the winding; of a positive one the torque is too")
+    ]
+    resistance: Annotated[float, Measure(q.RESISTANCE, "resistance of the winding", gt=0.0)]
+    inductance: Annotated[float, Measure(q.INDUCTANCE, "inductance of the winding", gt=0.0)]
+    torque_constant: Annotated[
+        float, Measure(q.TORQUE_CONSTANT, "torque per current, and voltage per angular speed", gt=0.0)
+    ]
+    over_time: Annotated[SetPoint[Voltage] | None, Field(description=OVER_TIME, exclude_if=is_absent)] = None
+
+    @model_validator(mode="after")
+    def _check(self) -> "MotorDrive":
+        refuse(_nominal_problems(self, "voltage"))
+        return self
+
+    @property
+    def speed(self) -> float:
+        """Speed without load [rad/s]."""
+        return self.voltage / self.torque_constant
+
+    @property
+    def first_speed(self) -> float:
+        """Speed without load at the voltage of t = 0 [rad/s]."""
+        return (self.voltage if self.over_time is None else self.over_time.at_start) / self.torque_constant
+
+    @property
+    def proportional_gain(self) -> float:
+        """Torque per speed below that without load, once the current has settled [N m s]."""
+        return self.torque_constant**2 / self.resistance
+
+    @property
+    def integral_gain(self) -> float:
+        """0: a motor is no spring."""
+        return 0.0
+
+
 class PositionDrive(Part):
     """Position loop with a torque limit: ``T = kp (angle - theta) + ki integral - kd omega``, of the rotor itself or of sensors.
 
@@ -273,7 +317,7 @@ def _over_time_problems(drive: "SpeedDrive | ServoDrive") -> list[Problem]:
 
 
 def _nominal_problems(
-    drive: "SpeedDrive | ServoDrive | PositionDrive | CascadeDrive", name: str
+    drive: "SpeedDrive | ServoDrive | PositionDrive | CascadeDrive | MotorDrive", name: str
 ) -> list[Problem]:
     """Set the constant of a drive to the nominal value of its set-point over time; return a contradiction of both."""
     if drive.over_time is None:
@@ -298,8 +342,9 @@ Drive = Annotated[
     | Annotated[TorqueDrive, Tag("kind:torque")]
     | Annotated[ServoDrive, Tag("kind:servo")]
     | Annotated[PositionDrive, Tag("kind:position")]
-    | Annotated[CascadeDrive, Tag("kind:cascade")],
-    ByKind("speed", "torque", "servo", "position", "cascade"),
+    | Annotated[CascadeDrive, Tag("kind:cascade")]
+    | Annotated[MotorDrive, Tag("kind:motor")],
+    ByKind("speed", "torque", "servo", "position", "cascade", "motor"),
 ]
 
 
