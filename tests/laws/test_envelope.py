@@ -133,17 +133,14 @@ def test_light_load__has_the_transmission_error_of_pairs_and_of_the_envelope(
 
 
 @pytest.mark.parametrize(
-    ("changes", "bar"),
-    [
-        ({"damping": {"maximum": 0.0}}, 2e-7),
-        ({"friction_coefficient": 0.1, "friction_speed": 0.05}, 1e-6),
-    ],
+    "changes",
+    [{"damping": {"maximum": 0.0}}, {"friction_coefficient": 0.1, "friction_speed": 0.05}],
     ids=["conservative", "damping-and-friction"],
 )
-def test_energy__closes(changes: Document, bar: float, measured: Measured) -> None:
+def test_energy__closes(changes: Document, measured: Measured) -> None:
     """Gears on springs: kinetic and elastic energy change by what deviations put in and damping and friction take.
 
-    Powers jump where another pair leads, within a sample of the quadrature.
+    Powers jump where another pair leads, somewhere within a sample of the quadrature.
     """
     document = one_stiffness(one={"quality": 5}, two={"quality": 5})
     document["meshes"][0] |= {"backlash": 3e-5, **changes}
@@ -177,9 +174,13 @@ def test_energy__closes(changes: Document, bar: float, measured: Measured) -> No
             elastic += 0.5 * k * max(lead.penetration, 0.0) ** 2
             cornered += lead.penetration > 0.0 and lead.touching != ON_FLANK
         gaps.append(stored[at] + elastic - brought[at])
-    worst = float(np.ptp(gaps) / np.max(stored))
-    measured("energy audit of the envelope: largest gap over the largest energy", worst, f"{bar:g}")
-    assert worst < bar
+    jumps = np.abs(np.diff(power))
+    sharp = jumps[1:-1] > 5.0 * np.maximum(jumps[:-2], jumps[2:])
+    unknown = float(np.sum(jumps[1:-1][sharp])) / run.sampling  # J, what the places of the jumps leave open
+    worst = (float(np.ptp(gaps)) - unknown) / float(np.max(stored))
+    measured("energy audit of the envelope: largest gap over the largest energy", worst, "1e-7")
+    assert unknown < 2e-6 * np.max(stored)
+    assert worst < 1e-7
     assert cornered > 0
     assert (float(np.max(run.signal("mesh_power_loss", "one-two"))) > 1.0) == (
         "friction_coefficient" in changes

@@ -396,10 +396,10 @@ def test_drawn_gears__impossible_ones_are_refused(
 
 def test_faults_of_teeth__in_a_mesh_without_pairs_are_refused() -> None:
     """Also where the mesh has no field of a drawing: a fault without effect would be taken for a sound gear."""
-    fault = {"kind": "spall", "at": "one", "tooth": 2, "depth": "20 um"}
+    fault = {"kind": "chip", "at": "one", "tooth": 2, "share": 0.5}
     plain = document({"teeth": 20}, {"teeth": 60}, backlash="0.1 mm")
     with pytest.raises(
-        gp.InputError, match=r'faults\.0\.kind = "spall": must be in meshes with contact = "pairs"'
+        gp.InputError, match=r'faults\.0\.kind = "chip": must be in meshes with contact = "pairs"'
     ):
         gp.load_case(plain | {"faults": [fault]})
     eccentric = {"kind": "eccentricity", "at": "one", "amount": "20 um"}

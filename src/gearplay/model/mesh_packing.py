@@ -191,6 +191,7 @@ def pack_meshes(
         ]
         slots = 0 if single else m.pairs
         flanks += [Contact(f"{side}-{slot}") for side in ("drive", "back") for slot in range(slots)]
+        modes, slopes = more_columns(m)
         edges = int(k.kind == tooth_stiffness.STIFFNESS_SQUARE)
         slides = int(mesh.friction_coefficient > 0.0)
         mobility = sum(
@@ -205,7 +206,8 @@ def pack_meshes(
             flanks,
             switches=edges + (slides if m.pairs == 0 else 0),
             of_contacts=m.envelope + slides,
-            **more_columns(m),
+            modes=modes,
+            slopes=slopes,
             rate=rate,
             hides=bool(m.C_m > 0.0) and case.formulation == "geometric",
         )

@@ -119,15 +119,15 @@ def pack_pairs(
     spline.extend(table.tolist())
 
 
-def more_columns(m: Any) -> dict[str, int]:
+def more_columns(m: Any) -> tuple[int, int]:
     """Return the numbers of modes and of columns of slopes that a mesh's pairs of teeth add to those of every mesh.
 
     A sense of sliding for each slot; the slopes of each pair, with an envelope of the lead and the next of each flank.
     """
     if m.pairs == 0:
-        return {}
+        return 0, 0
     stored = LEADING if m.envelope else m.pairs
-    return {"modes": 0 if m.envelope else FLANKS * m.pairs, "slopes": FLANKS * COLUMNS * stored}
+    return 0 if m.envelope else FLANKS * m.pairs, FLANKS * COLUMNS * stored
 
 
 NODES = 32

@@ -43,10 +43,11 @@ from gearplay.parts.mesh.geometry import (
     is_coupled,
 )
 from gearplay.parts.mesh.law.forces import contact_kinematics, damping_rate
-from gearplay.parts.mesh.law.friction import SLIDING, lever_arms
+from gearplay.parts.mesh.law.friction import lever_arms
 from gearplay.parts.mesh.law.record import BACK, EDGE, KIND, PER_CONTACT
 from gearplay.parts.mesh.law.switches import next_pair_switch
 from gearplay.parts.mesh.pairs.changes import add_pair_change, lead_crossing, pair_crossing
+from gearplay.parts.mesh.pairs.friction import SLIDING
 from gearplay.parts.mesh.pairs.record import PAIR, SEGMENT
 from gearplay.parts.mesh.pairs.slopes import PAIRS, linearise_envelope, linearise_pairs
 from gearplay.parts.mesh.slope_columns import (

@@ -26,7 +26,6 @@ from gearplay.parts.mesh.geometry import (
     mesh_phase,
 )
 from gearplay.parts.mesh.law.friction import (
-    SLIDING,
     change_pair,
     next_pair,
     pair_of,
@@ -42,6 +41,7 @@ from gearplay.parts.mesh.law.record import (
     PER_CONTACT,
 )
 from gearplay.parts.mesh.pairs.envelope import LAG, deepest_slot, press_envelope
+from gearplay.parts.mesh.pairs.friction import SLIDING
 from gearplay.parts.mesh.pairs.record import FLANKS, LEAD, PAIR, SEGMENT, SENSE
 from gearplay.parts.mesh.tooth_stiffness import (
     STIFFNESS_SQUARE,
