@@ -61,6 +61,7 @@ SHORT = {
         "check",
         "copy",
         "diagnose",
+        "export_dxf",
         "export_fmu",
         "import_",
         "load_sharing",
