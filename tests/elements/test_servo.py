@@ -22,7 +22,17 @@ def disc(**drive: float) -> Document:
 
 
 def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
-    """Return a disc on a servo, at its limit or below it."""
+    """Return a disc on a servo, at its limit or below it, or on a motor at a voltage."""
+    if rng.random() < 0.3:
+        document = disc(speed=0.0, proportional_gain=1.0, integral_gain=0.0, torque_limit=1.0)
+        document["rotors"]["disc"]["drive"] = {
+            "kind": "motor",
+            "voltage": float(rng.uniform(-24.0, 24.0)),
+            "resistance": float(rng.uniform(0.2, 2.0)),
+            "inductance": float(rng.uniform(0.5e-3, 5e-3)),
+            "torque_constant": float(rng.uniform(0.02, 0.2)),
+        }
+        return document
     return disc(
         speed=float(rng.uniform(1.0, 20.0)),
         proportional_gain=float(rng.uniform(0.1, 2.0)),

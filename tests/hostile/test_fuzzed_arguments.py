@@ -67,6 +67,7 @@ def valid(folder: Path) -> dict[str, dict[str, Any]]:
         "calibrate": {"plan": PLAN, "folder": folder / "calibration"},
         "campbell": {"case": pressed, "speeds": [10.0, 20.0]},
         "check_case": {"case": short},
+        "export_dxf": {"case": short, "path": folder / "gears.dxf", "overwrite": True},
         "export_fmu": {
             "case": short,
             "path": folder / "drive.fmu",

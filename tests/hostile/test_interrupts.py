@@ -72,6 +72,7 @@ SHORT = {
     *(
         "check",
         "copy",
+        "export_dxf",
         "export_fmu",
         "import_",
         "load_sharing",
