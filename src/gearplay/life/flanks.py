@@ -159,15 +159,16 @@ def line_load(result: Result, j: int, side: str) -> Floats:
 
 
 def passes(result: Result, contact: Contact) -> float:
-    """Return how often a second each tooth of a gear meets one of its partner, from the mean speeds of the block [1/s]."""
+    """Return how often a second each tooth of a gear meets one of its partner [1/s], turns of the block counted either way."""
     case = result.case
     gear = geometry.rotor_of(case, geometry.gears_of_pair(case, contact.mesh)[contact.which])
     frame = geometry.mesh_frame(case, contact.mesh)
     rates = []
     for member in range(len(result.runs)):
         omega = result.signal("omega", gear, member)
-        rates.append(np.mean(omega - (result.signal("omega", frame, member) if frame is not None else 0.0)))
-    return float(abs(np.mean(rates))) / (2.0 * math.pi)
+        carried = result.signal("omega", frame, member) if frame is not None else 0.0
+        rates.append(np.mean(np.abs(omega - carried)))
+    return float(np.mean(rates)) / (2.0 * math.pi)
 
 
 def flank_rates(
