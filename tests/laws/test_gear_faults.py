@@ -197,7 +197,7 @@ def test_steepness__of_a_worn_profile_is_that_of_its_cubics() -> None:
     x = np.linspace(0.1, 0.6, 200_001)
     assert slope == pytest.approx(np.max(np.abs(curve(x, 1))), rel=1e-6)
     assert bend == pytest.approx(np.max(np.abs(curve(x, 2))), rel=1e-3)
-    assert curve(0.1, 1) == pytest.approx(0.0, abs=1e-12)
+    assert curve([0.1, 0.6], 1) == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
 @pytest.mark.parametrize("contact", ["mesh", "pairs"])

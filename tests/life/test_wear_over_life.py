@@ -278,3 +278,24 @@ def test_wear__on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture
     assert Path(document["picture"]).stat().st_size > 10_000
     assert run(words) == 2
     assert "overwrite" in capsys.readouterr().err
+
+
+def test_planets__wear_on_one_flank_by_the_sun_and_on_the_other_by_the_ring() -> None:
+    """Of steel on steel both sides of a mesh lose as much: the sun what all planets lose on that flank, the ring the other."""
+    teeth = {f"planetary.stage.{member}.facewidth": 0.05 for member in ("sun", "planets", "ring")}
+    pairs = {
+        "planetary.stage.sun_planet": None,
+        "planetary.stage.planet_ring": None,
+        "planetary.stage.stiffness": {"kind": "teeth", "method": "iso6336"},
+        "planetary.stage.contact": "pairs",
+        "planetary.stage.wear": {"coefficient": K},
+    }
+    case = gp.replace("planetary-reducer", {**teeth, **pairs, "run.duration": 0.05, "run.transient": 0.05})
+    found = gp.wear(case, turns=1e5, blocks=1)
+    volumes = found.ds["worn_volume"].isel(turns=-1).to_series()
+    for member, flank in (("sun", "left"), ("ring", "right")):
+        planets = sum(volumes[f"stage.planet{k} {flank}"] for k in (1, 2, 3))
+        assert volumes[f"stage.{member} {flank}"] == pytest.approx(planets, rel=0.02)
+        assert planets > 1e-11
+    assert volumes["stage.sun right"] == volumes["stage.ring left"] == 0.0
+    assert gp.simulate(found.worn_case, duration=0.01, transient=0.0).success

@@ -43,7 +43,11 @@ def test_threshold__is_the_stated_order_statistic() -> None:
 
 def test_score__counts_healthy_spreads() -> None:
     rng = np.random.default_rng(3)
-    limit = alarm_limit([of_noise(rng) for _ in range(49)])
+    healthy = [of_noise(rng) for _ in range(49)]
+    limit = alarm_limit(healthy)
+    logarithms = np.log([[getattr(each, name) for name in limit.watched] for each in healthy])
+    deviation = np.median(np.abs(logarithms - np.median(logarithms, axis=0)), axis=0)
+    np.testing.assert_allclose(limit.spread, 1.4826 * deviation, rtol=1e-12)
     one = of_noise(rng)
     others = {name: math.exp(middle) for name, middle in zip(limit.watched, limit.middle, strict=True)}
     raised = math.exp(limit.middle[3] + 7.5 * limit.spread[3])

@@ -53,7 +53,7 @@ class Contact:
 
 
 Flanks = dict[tuple[str, str], list[Contact]]
-"""Contacts of each flank that wears, by full name of the gear and ``left`` or ``right``."""
+"""Contacts of each flank that wears, by full name of the gear and ``left`` or ``right``; heights are on the path of the first."""
 
 
 def wearing_flanks(case: Case) -> Flanks:
@@ -71,7 +71,7 @@ def wearing_flanks(case: Case) -> Flanks:
         if mesh.wear is not None:
             _check_mesh(case, j)
     worn = {
-        key: contacts
+        key: sorted(contacts, key=lambda contact: contact.side != "drive")
         for key, contacts in found.items()
         if any(case.meshes[contact.mesh].wear is not None for contact in contacts)
     }
@@ -111,6 +111,12 @@ def _ends(case: Case, contact: Contact) -> tuple[float, float, float]:
     return start, end, pair.first.base_pitch
 
 
+def _radii(case: Case, contact: Contact) -> Floats:
+    """Return the places of `HEIGHTS` on a gear's path of contact, from its base tangent point [m]."""
+    start, end, _ = _ends(case, contact)
+    return start + HEIGHTS * (end - start)
+
+
 def _check_gear(case: Case, gear: str, contacts: list[Contact]) -> None:
     first = _ends(case, contacts[0])
     for contact in contacts:
@@ -119,6 +125,8 @@ def _check_gear(case: Case, gear: str, contacts: list[Contact]) -> None:
             raise InputError.of(
                 at, NO_VALUE, f"is required, since a flank of {gear} wears elsewhere", "Add it"
             )
+        if contact.side != contacts[0].side:
+            continue  # as the back flank of an idler
         if np.max(np.abs(np.subtract(_ends(case, contact), first))) > SAME * first[2]:
             rule = f"must be given where all meshes of a flank have the same path of contact, which those of {gear} have not"
             raise InputError.of(at, NO_VALUE, rule, "Make its partners alike, or remove it")
@@ -159,15 +167,16 @@ def line_load(result: Result, j: int, side: str) -> Floats:
 
 
 def passes(result: Result, contact: Contact) -> float:
-    """Return how often a second each tooth of a gear meets one of its partner, from the mean speeds of the block [1/s]."""
+    """Return how often a second each tooth of a gear meets one of its partner [1/s], turns of the block counted either way."""
     case = result.case
     gear = geometry.rotor_of(case, geometry.gears_of_pair(case, contact.mesh)[contact.which])
     frame = geometry.mesh_frame(case, contact.mesh)
     rates = []
     for member in range(len(result.runs)):
         omega = result.signal("omega", gear, member)
-        rates.append(np.mean(omega - (result.signal("omega", frame, member) if frame is not None else 0.0)))
-    return float(abs(np.mean(rates))) / (2.0 * math.pi)
+        carried = result.signal("omega", frame, member) if frame is not None else 0.0
+        rates.append(np.mean(np.abs(omega - carried)))
+    return float(np.mean(rates)) / (2.0 * math.pi)
 
 
 def flank_rates(
@@ -183,12 +192,16 @@ def flank_rates(
     }
     rates = {}
     for key, contacts in flanks.items():
-        rates[key] = np.zeros(len(HEIGHTS))
+        rates[key], radii = np.zeros(len(HEIGHTS)), _radii(case, contacts[0])
         for contact in contacts:
             pair = geometry.installed_pair(case, contact.mesh)
             sliding = pair.specific_sliding(places_of(case, contact.mesh))[contact.which]
             depth = contact.coefficient(case) * loads[contact.mesh, contact.side] * sliding
-            rates[key] += passes(result, contact) * (depth if contact.which == 0 else depth[::-1])
+            depth = passes(result, contact) * (depth if contact.which == 0 else depth[::-1])
+            own = _radii(case, contact)
+            order = np.argsort(own)
+            same = contact.side == contacts[0].side
+            rates[key] += depth if same else np.interp(radii, own[order], depth[order], left=0.0, right=0.0)
     return rates, loads
 
 
@@ -240,10 +253,9 @@ def worn_faults(case: Case, depths: dict[tuple[str, str], Floats]) -> list[dict[
 
 def worn_volume(case: Case, flank: list[Contact], depth: Floats) -> float:
     """Return the volume [m^3] that all teeth of a gear have lost on a flank: z b times the integral of depth over its length."""
-    start, end, _ = _ends(case, flank[0])
+    rho = _radii(case, flank[0])
     pair = geometry.installed_pair(case, flank[0].mesh)
     gear = (pair.first, pair.second)[flank[0].which]
-    rho = start + HEIGHTS * (end - start)
     assert pair.facewidth is not None
     length = np.abs(np.diff(rho)) / gear.base_radius
     mean = 0.5 * (depth[1:] * rho[1:] + depth[:-1] * rho[:-1])

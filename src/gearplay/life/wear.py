@@ -12,6 +12,7 @@ from gearplay.life.bushes import ANGLES, DIRECTIONS, SURFACES, bush_rates, clear
 from gearplay.life.flanks import (
     HEIGHTS,
     SIDES,
+    Flanks,
     added_backlash,
     deflections,
     flank_rates,
@@ -117,35 +118,53 @@ def wear(
             }
         )
         now = worn(first, depths[-1], worn_off[-1])
-    variables: dict[str, Any] = {}
-    coordinates: dict[str, Any] = {"turns": step * np.arange(blocks + 1)}
-    if flanks:
-        coordinates |= {"height": HEIGHTS, "flank": [" ".join(key) for key in flanks]}
-        meshes = sorted({contact.mesh for contacts in flanks.values() for contact in contacts})
-        labels = [first.meshes[j].label for j in meshes]
-        coordinates |= {"mesh": labels, "side": [f"{label}:{side}" for label in labels for side in SIDES]}
-        variables["depth"] = [list(each.values()) for each in depths]
-        variables["worn_volume"] = [
-            [worn_volume(first, flanks[key], each[key]) for key in flanks] for each in depths
-        ]
-        variables["line_load"] = [[load[j, side] for j in meshes for side in SIDES] for load in loads]
-        variables["backlash"] = [
-            [
-                geometry.working_backlash(first, j) + added_backlash(first, j, each, flanks)
-                for j in meshes
-            ]
-            for each in depths
-        ]  # fmt: skip
-    if bushes:
-        coordinates |= {"direction": ANGLES, "sleeve": bushes}
-        for surface in SURFACES:
-            variables[f"{surface}_depth"] = [[each[name][surface] for name in bushes] for each in worn_off]
-        variables["radial_clearance"] = [
-            [first.sleeves[name].radial_clearance + clearance_of_wear(each[name]) for name in bushes]
-            for each in worn_off
-        ]
     about = provenance(first, rotor=reference, blocks=blocks, deepest_step=deepest, deflection=bent)
+    tables = [_flank_tables(first, flanks, depths, loads), _bush_tables(first, worn_off)]
+    variables = {name: values for table, _ in tables for name, values in table.items()}
+    coordinates = {"turns": step * np.arange(blocks + 1)}
+    coordinates |= {name: values for _, table in tables for name, values in table.items()}
     return Wear(_dataset(variables, coordinates, about))
+
+
+def _flank_tables(
+    case: Case,
+    flanks: Flanks,
+    depths: list[dict[tuple[str, str], Any]],
+    loads: list[dict[tuple[int, str], Any]],
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return variables and coordinates of worn flanks by name, none where no flank wears."""
+    if not flanks:
+        return {}, {}
+    meshes = sorted({contact.mesh for contacts in flanks.values() for contact in contacts})
+    labels = [case.meshes[j].label for j in meshes]
+    variables = {
+        "depth": [list(each.values()) for each in depths],
+        "worn_volume": [[worn_volume(case, flanks[key], each[key]) for key in flanks] for each in depths],
+        "line_load": [[load[j, side] for j in meshes for side in SIDES] for load in loads],
+        "backlash": [
+            [geometry.working_backlash(case, j) + added_backlash(case, j, each, flanks) for j in meshes] for each in depths
+        ],
+    }  # fmt: skip
+    sides = [f"{label}:{side}" for label in labels for side in SIDES]
+    flank_names = [" ".join(key) for key in flanks]
+    return variables, {"height": HEIGHTS, "flank": flank_names, "mesh": labels, "side": sides}
+
+
+def _bush_tables(
+    case: Case, worn_off: list[dict[str, dict[str, Any]]]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return variables and coordinates of worn plain bearings by name, none where none wears."""
+    bushes = list(worn_off[0])
+    if not bushes:
+        return {}, {}
+    variables: dict[str, Any] = {
+        f"{surface}_depth": [[each[name][surface] for name in bushes] for each in worn_off] for surface in SURFACES
+    }  # fmt: skip
+    variables["radial_clearance"] = [
+        [case.sleeves[name].radial_clearance + clearance_of_wear(each[name]) for name in bushes]
+        for each in worn_off
+    ]
+    return variables, {"direction": ANGLES, "sleeve": bushes}
 
 
 def _dataset(variables: dict[str, Any], coordinates: dict[str, Any], about: dict[str, Any]) -> Any:
@@ -193,9 +212,9 @@ def _part_of(
 
 
 def _speed(result: Result, rotor: str) -> float:
-    """Return the mean speed of a rotor in a block [rad/s]; `InputError` where it stands."""
+    """Return the mean speed of a rotor in a block [rad/s], either way; `InputError` where it stands."""
     members = range(len(result.runs))
-    speed = abs(float(np.mean([np.mean(result.signal("omega", rotor, member)) for member in members])))
+    speed = float(np.mean([np.mean(np.abs(result.signal("omega", rotor, member))) for member in members]))
     if speed < 1e-6:
         raise InputError.of("rotor", rotor, "must turn, since its turns are counted", "Name another rotor")
     return speed
