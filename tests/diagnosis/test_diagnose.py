@@ -170,7 +170,7 @@ def test_a_simulated_rattle__is_named() -> None:
     from gearplay.results.recorded import record_of
 
     result = gp.simulate("han2021", duration=6.0, transient=1.0, sampling=2e4, signals=["ax", "ay"])
-    found = gp.diagnose(record_of(result), case="han2021", channel="ring.ax")
+    found = gp.diagnose(record_of(result), case="han2021", channel="ring.ax", quick=True)
     assert found.hypotheses()[0]["name"] == "rattle of the flanks"
     assert any("bush" in sentence for sentence in found.cannot_be_told)
 
