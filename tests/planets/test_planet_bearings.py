@@ -86,7 +86,7 @@ def test_dent_of_a_planet_bearing__is_in_its_motion() -> None:
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"planetary.stage.bearing": BALLS}, r"planetary.stage.pin.*must not be given beside bearing"),
+        ({"planetary.stage.bearing": BALLS}, r"planetary.stage.pin.*must not be given together with bearing"),
         ({"planetary.stage.pin": None}, r"planetary.stage.pin.*required, or support or bearing"),
         ({"planetary.stage.pin": None, "planetary.stage.bearing": {**BALLS, "on": "stage.carrier"}}, r"bearing.on.*pins are on"),
         ({"planetary.stage.pin": None, "planetary.stage.bearing": {"groove_ratio": 0.52}}, r"bearing.rolling_elements.*or cat"),

@@ -83,7 +83,7 @@ class HousingPath(Part):
 
     def _problems(self) -> Iterator[Problem]:
         if bool(self.modes) == bool(self.table):
-            rule = "must not be given beside modes" if self.table else "is required, or file or table"
+            rule = "must not be given together with modes" if self.table else "is required, or file or table"
             yield Problem(("table",) if self.table else ("modes",), rule, "Give one of the two")
         if len(self.table) == 1:
             yield Problem(("table",), "must have two rows or more", "Add one")
@@ -168,7 +168,9 @@ def with_files(document: Any, folder: Path) -> Any:
             if not isinstance(file, str):
                 raise InputError.of(at, file, "must be the name of a file", "Write it in quotes")
             if "table" in path:
-                raise InputError.of(at, file, "must not be given beside table", "Remove one of the two")
+                raise InputError.of(
+                    at, file, "must not be given together with table", "Remove one of the two"
+                )
             path["table"] = _table_of(at, folder / file)
     return document
 

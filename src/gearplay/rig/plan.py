@@ -131,7 +131,7 @@ class Accelerometer(Part):
             cure = f"Give at least {least:.6g} Hz, or lower upper_frequency"
             problems.append(Problem(("resonance",), rule, cure))
         if self.paths and self.rotor is not None:
-            rule = "must not be given beside paths, which put the sensor on the housing"
+            rule = "must not be given together with paths, which put the sensor on the housing"
             problems.append(Problem(("rotor",), rule, "Remove one of the two"))
         if self.paths and self.transverse_sensitivity > 0.0:
             rule = "must be 0 with paths, which are along the sensor's axis"

@@ -159,7 +159,7 @@ class WearFault(GearFault):
 
     def _problems(self) -> Iterator[Problem]:
         if self.profile and self.depth is not None:
-            yield Problem(("profile",), "must not be given beside depth", "Remove one of the two")
+            yield Problem(("profile",), "must not be given together with depth", "Remove one of the two")
         elif not self.profile and self.depth is None:
             yield Problem(("depth",), "is required, or a profile", "Give one of the two")
         elif len(self.profile) == 1:
