@@ -152,6 +152,15 @@ class Sensor(Part):
         None  # its response shapes the simulated acceleration; ideal if not given
     )
 
+    @model_validator(mode="after")
+    def _check(self) -> Sensor:
+        for name in ("rotor", "mesh", "angle", "transverse_sensitivity", "paths"):
+            given = getattr(self.accelerometer, name, None)
+            if given and given != Accelerometer.model_fields[name].default:
+                rule = "must not be given: rotor and direction of the sensor place it, and its response alone acts"
+                refuse([Problem(("accelerometer", name), rule, "Remove it")])
+        return self
+
 
 class Simulation(Part):
     """Simulation of each trial: members with common random numbers."""
