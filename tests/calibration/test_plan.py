@@ -78,6 +78,7 @@ FAULTS: list[tuple[dict[str, Any], str]] = [
     ({"parameters": [{**DRAG, "path": "title"}]}, "parameters.0.low: title"),
     ({"parameters": [{**DRAG, "mode": "scale", "low": "1 N"}]}, "must be a plain number, as a factor"),
     ({"sensor": {"rotor": "rng"}}, 'sensor.rotor = "rng": must be a rotor of the case. Rotors: pinion, ring.'),
+    ({"sensor": {"rotor": "ring", "accelerometer": {"angle": 1.0}}}, "sensor.accelerometer.angle = 1.0: must not be given"),
     ({"targets": [{"kind": "line", "name": "mesh"}]}, "targets.0.order: must be given, or near"),
     ({"targets": [{**HUMP, "kind": "bump"}]}, 'targets.0.kind = "bump": must be one of line, hump, level, statistic'),
     ({"targets": [{**HUMP, "bnd": 1}]}, "targets.0.bnd: unknown field"),
