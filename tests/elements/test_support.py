@@ -204,6 +204,10 @@ def test_a_matrix_along_the_axes_is_the_two_numbers() -> None:
         ({"stiffness": [[1e6, 0.0], [0.0, -1e6]]}, r"supports.disc.stiffness.1.1.*0 or more on the diagonal"),
         ({"stiffness": [[1e6, 0.0], [0.0]]}, r"supports.disc.stiffness.1.*must have 2 items"),
         ({"stiffness": [[1e6, 0.0], 2e6]}, r"supports.disc.stiffness.1.*must be a list of 2 items"),
+        (
+            {"stiffness": [1e6, 1e6], "damping": 3.0},
+            r"supports.disc.damping = 3.0: must be a list of 2 items",
+        ),
         ({"stiffness": [-1e6, 1e6]}, r"supports.disc.stiffness.0.*0 N/m or more"),
         ({"cubic_stiffness": "-1 N/m^3"}, r"disc.cubic_stiffness = .-1 N/m\^3.: must be 0 N/m\^3 or more"),
         ({"cubic_stiffness": "1 N/m"}, r"disc.cubic_stiffness = .1 N/m.: is not a cubic stiffness"),

@@ -79,7 +79,7 @@ def translate(error: ValidationError, document: Mapping[str, Any], model: type[B
 
 
 def _faults_of(detail: ErrorDetails, document: Mapping[str, Any], model: type[BaseModel]) -> list[Fault]:
-    path = _plain_path(detail["loc"])
+    path = _plain_path(detail["loc"], document)
     context = detail.get("ctx", {})
     kind = detail["type"]
     if kind == "gearplay":
@@ -170,19 +170,14 @@ def _words(kind: str, context: Mapping[str, Any]) -> tuple[str, str]:
     return "does not fit this field", "See gearplay schema"
 
 
-def _plain_path(location: Sequence[str | int]) -> Path:
-    """Drop the marks of unions and of keys from an error's location."""
-    unions = (
-        "drive", "stiffness", "material", "acceleration", "allowance", "center_distance_allowance", "backlash",
-    )  # fmt: skip
-    return tuple(
-        part
-        for before, part in zip(("", *location), location, strict=False)
-        if part != "[key]"
-        and not (
-            isinstance(part, str) and part.startswith(KIND) and (before in unions or isinstance(before, int))
-        )
-    )
+def _plain_path(location: Sequence[str | int], document: Mapping[str, Any]) -> Path:
+    """Return an error's location without the tags of unions and the marks of keys, which the document does not have."""
+    path: Path = ()
+    for part in location:
+        tagged = isinstance(part, str) and part.startswith(KIND)
+        if part != "[key]" and not (tagged and value_at(document, (*path, part)) is NO_VALUE):
+            path = (*path, part)
+    return path
 
 
 def value_at(document: object, path: Path) -> object:
