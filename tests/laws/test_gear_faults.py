@@ -286,7 +286,7 @@ UNCOUPLED: Document = {
         ({**CRACK, "kind": "spall", "depth": 1e-5, "start": 0.6, "end": 0.5}, {}, r"faults.0.end.*above start"),
         ({**CRACK, "depth": -1e-3}, {}, r"faults.0.depth"),
         ({"kind": "wear", "at": "one"}, {}, r"faults.0.depth.*required, or a profile"),
-        ({"kind": "wear", "at": "one", "depth": 1e-6, "profile": PROFILE}, {}, r"faults.0.profile.*beside depth"),
+        ({"kind": "wear", "at": "one", "depth": 1e-6, "profile": PROFILE}, {}, r"faults.0.profile.*together with depth"),
         ({"kind": "wear", "at": "one", "profile": PROFILE[:1]}, {}, r"faults.0.profile.*two points"),
         ({"kind": "wear", "at": "one", "profile": PROFILE[::-1]}, {}, r"faults.0.profile.1.*higher"),
     ],

@@ -133,7 +133,7 @@ def test_damaged_file__is_refused(text: str, words: str, tmp_path: Path) -> None
         ({"paths": [{"at": "ring", "modes": [MODE]}]}, r"paths.0.at"),
         ({"paths": [{"at": "sleeves.ring"}]}, r"paths.0.modes.*required, or file or table"),
         ({"paths": [{"at": "sleeves.ring", "modes": [MODE], "table": [[1, 2, 3], [4, 5, 6]]}]}, r"paths.0.table"),
-        ({"rotor": "ring", "paths": [{"at": "sleeves.ring", "modes": [MODE]}]}, r"rotor.*beside paths"),
+        ({"rotor": "ring", "paths": [{"at": "sleeves.ring", "modes": [MODE]}]}, r"rotor.*together with paths"),
         ({"transverse_sensitivity": 0.05, "paths": [{"at": "sleeves.ring", "modes": [MODE]}]}, r"transverse_sensitivity"),
     ],
 )  # fmt: skip

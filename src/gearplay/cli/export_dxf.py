@@ -16,7 +16,7 @@ def export_dxf(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
     json: Json = False,
 ) -> None:
-    """Write the gears of a case with their teeth as a drawing in DXF."""
+    """Write the gears of a case as a DXF drawing."""
     import gearplay as gp
 
     place = Path(f"{Path(case).stem}.dxf") if out is None else out

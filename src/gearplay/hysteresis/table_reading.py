@@ -103,8 +103,7 @@ def _factor(name: str, heading: str, unit: str, quantity: q.Quantity) -> float:
     """Return the factor to SI of the unit behind a given name, or of that in the file."""
     given = split_unit(name)[1] or unit
     if not given:
-        both = "--columns 'T [N m],phi [deg]'"
-        cure = f"Write torque and rotation with the unit of each: {both}"
+        cure = "Write torque and rotation with the unit of each, as in 'T [N m],phi [deg]'"
         raise InputError.of("columns", heading or name, "must have a unit", cure)
     try:
         return parse_quantity(f"1 {given}", quantity)

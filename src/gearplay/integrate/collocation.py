@@ -38,7 +38,7 @@ ERROR, ERROR_OF_FIVE = 8e-3, 2e-3
 """Shares of the differences in the error estimate: twice and sixteen times those in the error of the interpolant."""
 NEWTON = 8  # iterations at most
 CLOSE = 1e-9  # by which a step may differ from the one that the factors are for
-ENOUGH = 0.1  # of the allowed error that Newton's method may leave
+ENOUGH = 0.02  # of the allowed error that Newton's method may leave
 FORGETS, WORST = 1.05, 0.3
 """By how much its convergence is taken to be worse from step to step, as one iteration does not show it; at most so bad."""
 

@@ -232,7 +232,8 @@ def _moving(scaled: Floats, votes: dict[str, Kind], evidence: Evidence) -> Respo
     if not loss <= REGULAR or evidence["slow"] > SLOW:
         evidence["block change"] = block_change(states, bands)
         if evidence["block change"] >= BLOCK_STEP:
-            reason = f"The statistics change within the record (t = {evidence['block change']:.3g}, chance up to {BLOCK_STEP:g})."
+            t = evidence["block change"]
+            reason = f"The statistics change within the record (t = {t:.3g}, {BLOCK_STEP:g} may be chance)."
             return Response("transient", reason, evidence=evidence)
     if (
         loss <= REGULAR
