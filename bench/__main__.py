@@ -142,11 +142,14 @@ def signals():
             times.append((time.perf_counter() - began) / len(asked))
         for row, seconds in zip(rows.values(), times, strict=True):
             row.append(seconds)
-    kept = result.runs[0].samples.motion.bytes / 1e6
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "motion.nc"
+        result.save(file)
+        kept = file.stat().st_size / 1e6
     first, one, all_ = rows.values()
     words = list(rows)
     return [
-        f"Least and largest of 5 repeats, in turn; the motion that was kept takes {kept:.2g} MB.",
+        f"Least and largest of 5 repeats, in turn; a file that keeps the motion takes {kept:.2g} MB.",
         "",
         "| | |",
         "|---|---:|",
