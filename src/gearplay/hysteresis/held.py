@@ -13,7 +13,8 @@ from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.wording import did_you_mean
-from gearplay.parts.rotor.schema import Initial, Load, SpeedDrive
+from gearplay.parts.drive.schema import SpeedDrive
+from gearplay.parts.rotor.schema import Initial, Load
 from gearplay.parts.tables import HOLDERS
 from gearplay.schema.fields import FrozenTable
 from gearplay.solver.frames import CarrierFrames

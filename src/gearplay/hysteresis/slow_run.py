@@ -6,8 +6,8 @@ import numpy as np
 
 from gearplay.hysteresis.cycle import Curve
 from gearplay.hysteresis.held import Held
+from gearplay.parts.drive.schema import TorqueDrive
 from gearplay.parts.drive.terms import Term
-from gearplay.parts.rotor.schema import TorqueDrive
 from gearplay.parts.tables import HOLDERS
 from gearplay.results.simulate import simulate
 from gearplay.schema.fields import FrozenTable

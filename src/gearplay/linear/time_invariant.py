@@ -13,20 +13,19 @@ from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.pack import Packed, pack
-from gearplay.parts.mesh.faults import GearFault
-from gearplay.parts.mesh.schema import Mesh
-from gearplay.parts.mesh.stiffness import HarmonicStiffness
-from gearplay.parts.rotor.gear import Runout
-from gearplay.parts.rotor.schema import (
+from gearplay.parts.drive.schema import (
     CascadeDrive,
-    Load,
     MotorDrive,
     PositionDrive,
-    Rotor,
     ServoDrive,
     SpeedDrive,
     TorqueDrive,
 )
+from gearplay.parts.mesh.faults import GearFault
+from gearplay.parts.mesh.schema import Mesh
+from gearplay.parts.mesh.stiffness import HarmonicStiffness
+from gearplay.parts.rotor.gear import Runout
+from gearplay.parts.rotor.schema import Load, Rotor
 from gearplay.parts.support.schema import Support
 from gearplay.parts.tables import HOLDERS
 from gearplay.schema.fields import FrozenTable

@@ -21,17 +21,16 @@ from gearplay.model.massless import UNITS, field_path, massless
 from gearplay.model.pack import Packed, pack
 from gearplay.model.planetary_frequencies import SetFrequencies, set_frequencies
 from gearplay.model.reading import Source, load_case
-from gearplay.parts.drive.terms import largest_torque
-from gearplay.parts.rotor.schema import (
+from gearplay.parts.drive.schema import (
     CascadeDrive,
-    Load,
     MotorDrive,
     PositionDrive,
-    Rotor,
     ServoDrive,
     SpeedDrive,
     TorqueDrive,
 )
+from gearplay.parts.drive.terms import largest_torque
+from gearplay.parts.rotor.schema import Load, Rotor
 from gearplay.schema.finding import Finding
 from gearplay.toothing.gear import inv
 

@@ -17,8 +17,8 @@ from gearplay.model.massless import field_path
 from gearplay.model.matching import matching_speeds
 from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.touch import gaps_of_mesh
+from gearplay.parts.drive.schema import SpeedDrive
 from gearplay.parts.registry import MESH
-from gearplay.parts.rotor.schema import SpeedDrive
 from gearplay.schema.finding import Finding
 from gearplay.vocabulary.errors import join_path
 

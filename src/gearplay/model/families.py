@@ -9,7 +9,7 @@ from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.plan_values import number_in_si
 from gearplay.model.reading import Source, load_case, replace
-from gearplay.parts.rotor.schema import TorqueDrive
+from gearplay.parts.drive.schema import TorqueDrive
 from gearplay.vocabulary.arguments import Real
 from gearplay.vocabulary.errors import InputError
 

@@ -8,7 +8,7 @@ from gearplay.model import rolling
 from gearplay.model.set_point_packing import SetPoints
 from gearplay.parts.assembly import Assembly, blank
 from gearplay.parts.drive import positioner
-from gearplay.parts.rotor.schema import CascadeDrive, PositionDrive
+from gearplay.parts.drive.schema import CascadeDrive, PositionDrive
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:

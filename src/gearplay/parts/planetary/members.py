@@ -6,10 +6,11 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError, model_validator
 
+from gearplay.parts.drive.schema import Drive, SpeedDrive
 from gearplay.parts.environment import Material, Temperature
 from gearplay.parts.planetary.names import MOST_PLANETS
 from gearplay.parts.rotor.gear import Runout, Teeth, Toothing
-from gearplay.parts.rotor.schema import Drive, Initial, Load, Rotor, SpeedDrive, Weight
+from gearplay.parts.rotor.schema import Initial, Load, Rotor, Weight
 from gearplay.parts.rotor.unbalance import Unbalance
 from gearplay.parts.sleeve.schema import Sleeve
 from gearplay.parts.support.schema import Support

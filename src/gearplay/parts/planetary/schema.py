@@ -7,6 +7,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from gearplay.parts.bearing.schema import Bearing
+from gearplay.parts.drive.schema import SpeedDrive
 from gearplay.parts.mesh.backlash import Backlash, CenterDistance
 from gearplay.parts.mesh.schema import (
     FRICTION_SPEED,
@@ -25,7 +26,7 @@ from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Pla
 from gearplay.parts.planetary.names import MEMBERS
 from gearplay.parts.rotor.allowance import DistanceAllowance, allowance_middle
 from gearplay.parts.rotor.gear import Runout
-from gearplay.parts.rotor.schema import POSITION_TOLERANCE, Coordinate, Rotor, SpeedDrive, place_words
+from gearplay.parts.rotor.schema import POSITION_TOLERANCE, Coordinate, Rotor, place_words
 from gearplay.parts.sleeve.schema import Sleeve
 from gearplay.parts.support.schema import Support
 from gearplay.schema.fields import Listed, Measure, Part, Problem, is_absent, refuse
