@@ -91,7 +91,7 @@ def test_another_machine__agrees_with_nothing() -> None:
     ],
 )
 def test_a_gear_of_a_loaded_pair(fault: dict[str, Any], name: str, told: bool) -> None:
-    """A crack is distinguished from a spall; an eccentricity whose sidebands are too small to count agrees best when simulated."""
+    """A crack is distinguished from a spall; an eccentricity with sidebands too small to count agrees best when simulated."""
     case = gp.replace(gp.load_case(HOW_TO / "cracked-pinion.toml"), CRACKED)
     rig = {"accelerometers": {"a": {"kind": "352C33", "rotor": "wheel"}}, "collector": {"sampling": "20 kHz"}}
     record = taken(case, {"faults": [{"at": "pinion", **fault}]}, rig)

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import cumulative_simpson
 
 from building import Document, Floats, Measured, case_of, merged, mesh_at, simulate_one
 from gearplay.model.geometry import pair_of
@@ -14,7 +13,7 @@ from gearplay.parts.mesh.geometry import PSI
 from gearplay.parts.mesh.pairs.overlap import ON_FLANK, pair_overlap
 from gearplay.parts.mesh.tooth_stiffness import mesh_stiffness
 from gearplay.parts.registry import MESH
-from tooth_pairs import document_of, pairs_at, placed
+from tooth_pairs import document_of, energy_audit, pairs_at, placed
 
 HARMONIC: Document = {"kind": "harmonic", "mean": 1.6e8, "amplitude": 3e7}
 
@@ -144,36 +143,20 @@ def test_energy__closes(changes: Document, measured: Measured) -> None:
     """
     document = one_stiffness(one={"quality": 5}, two={"quality": 5})
     document["meshes"][0] |= {"backlash": 3e-5, **changes}
-    for k, name in enumerate(("one", "two")):
-        document["rotors"][name]["tip_relief"] = {"amount": 1e-6, "length": 2e-3, "shape": "parabolic"}
-        document["rotors"][name]["initial"] = {"omega": (150.0, -52.0)[k]}
-    document["supports"] = {name: {"stiffness": [1e8, 8e7]} for name in ("one", "two")}
-    document["run"] |= {"sampling": 1e7, "duration": 4e-3, "tolerance": 1e-11}
-    run, case, packed = simulate_one(document), case_of(document), pack(case_of(document))
-    (mesh,) = packed.system.records[MESH]
-    stored = np.zeros(run.time.size)
-    for name, rotor in case.rotors.items():
-        v_x, v_y, omega = (run.signal(word, name) for word in ("vx", "vy", "omega"))
-        stored += 0.5 * rotor.mass * (v_x**2 + v_y**2) + 0.5 * rotor.inertia * omega**2
-        stored += 0.5 * 1e8 * run.signal("x", name) ** 2 + 0.5 * 8e7 * run.signal("y", name) ** 2
-    power = run.signal("mesh_power_input", "one-two") - run.signal("mesh_power_loss", "one-two")
-    brought = cumulative_simpson(power, dx=1.0 / run.sampling, initial=0.0)
-    speeds = packed.system.rotors["nominal_speed"]
-    gaps, cornered = [], 0
-    for at in np.linspace(0, run.time.size - 1, 200).astype(int):
-        y, t = np.zeros(packed.state_size), float(run.time[at])
-        for i, name in enumerate(("one", "two")):
-            y[3 * i : 3 * i + 2] = [run.signal(word, name)[at] for word in ("x", "y")]
-            y[3 * i + 2] = run.signal("theta", name)[at] - speeds[i] * t
-        out = mesh_at(packed, 0, y, t)
-        k = mesh_stiffness(mesh, packed.system, out[PSI], np.cos(out[PSI]), np.sin(out[PSI]), 0)
-        elastic = 0.0
+    cornered = 0
+
+    def elastic(packed: Packed, out: Floats) -> float:
+        nonlocal cornered
+        (mesh,) = packed.system.records[MESH]
+        k, energy = mesh_stiffness(mesh, packed.system, out[PSI], np.cos(out[PSI]), np.sin(out[PSI]), 0), 0.0
         for flank in range(2):
             each = [pair_overlap(mesh, packed.system, out, flank, slot) for slot in range(mesh.pairs)]
             lead = max(each, key=lambda pair: pair.penetration)
-            elastic += 0.5 * k * max(lead.penetration, 0.0) ** 2
+            energy += 0.5 * k * max(lead.penetration, 0.0) ** 2
             cornered += lead.penetration > 0.0 and lead.touching != ON_FLANK
-        gaps.append(stored[at] + elastic - brought[at])
+        return energy
+
+    run, power, stored, gaps = energy_audit(document, 1e7, elastic)
     jumps = np.abs(np.diff(power))
     sharp = jumps[1:-1] > 5.0 * np.maximum(jumps[:-2], jumps[2:])
     unknown = float(np.sum(jumps[1:-1][sharp])) / run.sampling  # J, what the places of the jumps leave open

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import cumulative_simpson
 from scipy.optimize import brentq, minimize_scalar
 
 import gearplay as gp
-from building import Document, Floats, Measured, case_of, merged, mesh_at, simulate_one
+from building import Document, Floats, Measured, case_of, merged, simulate_one
 from depth import sized
 from gearplay.model.geometry import pair_of
 from gearplay.model.pack import Packed, pack
@@ -19,7 +18,7 @@ from gearplay.parts.mesh.pairs.overlap import ON_FLANK, pair_overlap, stiffness_
 from gearplay.parts.registry import MESH
 from gearplay.toothing.gear import DrawnGear
 from gearplay.vocabulary.errors import InputError
-from tooth_pairs import document_of, pairs_at, placed
+from tooth_pairs import document_of, energy_audit, pairs_at, placed
 
 # Planar gears on linear supports, each pair of teeth on its own, both flanks and corners, by SciPy's DOP853 with steps of 2 us at
 # most; written apart from this package. Rotations count from a tooth, or a ring's space, on the line of centres; centres from
@@ -306,38 +305,22 @@ def test_quality__gives_each_member_teeth_of_its_own(tmp_path: Path) -> None:
 def test_energy__closes_with_corners_and_deviations(measured: Measured) -> None:
     """Undamped gears on springs: kinetic and elastic energy change by what varying stiffness and deviations put in."""
     document = document_of(4e-3, (20, 60), (0, 0), False, 3e-5, 0.01)
-    for k, name in enumerate(("one", "two")):
+    for name in ("one", "two"):
         document["rotors"][name]["quality"] = 3
-        document["rotors"][name]["tip_relief"] = {"amount": 1e-6, "length": 2e-3, "shape": "parabolic"}
-        document["rotors"][name]["initial"] = {"omega": (150.0, -52.0)[k]}
-    document["supports"] = {name: {"stiffness": [1e8, 8e7]} for name in ("one", "two")}
-    document["run"] |= {"sampling": 5e6, "duration": 4e-3, "tolerance": 1e-11}
-    run, case, packed = simulate_one(document), case_of(document), pack(case_of(document))
-    (mesh,) = packed.system.records[MESH]
-    stored = np.zeros(run.time.size)
-    for name, rotor in case.rotors.items():
-        v_x, v_y, omega = (run.signal(word, name) for word in ("vx", "vy", "omega"))
-        stored += 0.5 * rotor.mass * (v_x**2 + v_y**2) + 0.5 * rotor.inertia * omega**2
-        stored += 0.5 * 1e8 * run.signal("x", name) ** 2 + 0.5 * 8e7 * run.signal("y", name) ** 2
-    power = run.signal("mesh_power_input", "one-two") - run.signal("mesh_power_loss", "one-two")
-    brought = cumulative_simpson(power, dx=1.0 / run.sampling, initial=0.0)
-    looks = np.linspace(0, run.time.size - 1, 200).astype(int)
-    speeds = packed.system.rotors["nominal_speed"]
-    gaps, cornered = [], 0
-    for at in looks:
-        y, t = np.zeros(packed.state_size), float(run.time[at])
-        for i, name in enumerate(("one", "two")):
-            y[3 * i : 3 * i + 2] = [run.signal(word, name)[at] for word in ("x", "y")]
-            y[3 * i + 2] = run.signal("theta", name)[at] - speeds[i] * t
-        out = mesh_at(packed, 0, y, t)
-        elastic = 0.0
+    cornered = 0
+
+    def elastic(packed: Packed, out: Floats) -> float:
+        nonlocal cornered
+        (mesh,), energy = packed.system.records[MESH], 0.0
         for flank in range(2):
             for slot in range(mesh.pairs):
                 pair = pair_overlap(mesh, packed.system, out, flank, slot)
                 stiffness = stiffness_at(mesh, packed.system, pair.place)[0]
-                elastic += 0.5 * stiffness * max(pair.p, 0.0) ** 2
+                energy += 0.5 * stiffness * max(pair.p, 0.0) ** 2
                 cornered += pair.p > 0.0 and pair.touching != ON_FLANK
-        gaps.append(stored[at] + elastic - brought[at])
+        return energy
+
+    _, _, stored, gaps = energy_audit(document, 5e6, elastic)
     worst = float(np.ptp(gaps) / np.max(stored))
     measured("energy audit of pairs of teeth: largest gap over the largest energy", worst, "1e-7")
     assert worst < 1e-7
