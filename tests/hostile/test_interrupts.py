@@ -51,6 +51,8 @@ VERBS: dict[str, list[str]] = {
         "han2021",
         "--turns",
         "1e6",
+        "--blocks",
+        "1000",
         "--set",
         'sleeves.ring.wear={coefficient=1e-16, length="10 mm"}',
         "--out",

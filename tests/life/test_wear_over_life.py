@@ -16,6 +16,7 @@ from gearplay.life.bushes import ANGLES, bush_rates, clearance_of_wear, worn_sle
 from gearplay.life.flanks import HEIGHTS, SIDES, added_backlash, flank_rates, wearing_flanks
 from gearplay.model import geometry
 from gearplay.model.case import Case
+from gearplay.pictures.canvas import to_png
 from life.pairs import K, wearing_pair
 
 SPEED = 20.0 * math.pi
@@ -299,3 +300,12 @@ def test_planets__wear_on_one_flank_by_the_sun_and_on_the_other_by_the_ring() ->
         assert planets > 1e-11
     assert volumes["stage.sun right"] == volumes["stage.ring left"] == 0.0
     assert gp.simulate(found.worn_case, duration=0.01, transient=0.0).success
+
+
+def test_figure__of_many_blocks_has_curves_that_all_eyes_tell_apart() -> None:
+    """The fixture of all figures judges the colours."""
+    wear = "sleeves.ring.wear={coefficient=1e-16, length=0.01}"
+    case = gp.load_case("han2021", [wear, "run.duration=0.3"])
+    figure = gp.wear(case, turns=1e6).plot()
+    to_png(figure)
+    assert len({line.get_color() for line in figure.axes[0].get_lines()}) == 5

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 MOST_PANELS = 8
 LEAST = 0.02
 """Share of the deepest wear below which a flank has no panel."""
+STAGES = 5
+"""Most curves of a panel: so many colours of the scale can be told apart by all eyes."""
 
 
 def wear_drawing(ds: xr.Dataset) -> Any:
@@ -31,13 +33,12 @@ def wear_drawing(ds: xr.Dataset) -> Any:
     rows = -(-(len(panels) + 1) // 2)
     figure, axes = make_figure(rows, 2, 3.4 * rows)
     turns = ds["turns"].values
-    counted = _counted(turns)
     each = list(axes.flat)
-    colors = set_color_scale(
-        figure, each, list(turns / counted), f"turns of {ds.attrs['rotor']} [{_unit(ds)}]"
-    )
+    stages = ds.isel(turns=np.unique(np.linspace(0, len(turns) - 1, STAGES).astype(int)))
+    label = f"turns of {ds.attrs['rotor']} [{_unit(ds)}]"
+    colors = set_color_scale(figure, each, list(stages["turns"].values / _counted(turns)), label)
     for ax, (kind, k) in zip(each, panels, strict=False):
-        _depths(ax, ds, k, colors) if kind == "flank" else _bush(ax, ds, k, colors)
+        _depths(ax, stages, k, colors) if kind == "flank" else _bush(ax, stages, k, colors)
     _play(each[len(panels)], ds)
     for ax in each[len(panels) + 1 :]:
         ax.set_visible(False)
