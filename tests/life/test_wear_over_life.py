@@ -305,7 +305,7 @@ def test_planets__wear_on_one_flank_by_the_sun_and_on_the_other_by_the_ring() ->
 def test_figure__of_many_blocks_has_curves_that_all_eyes_tell_apart() -> None:
     """The fixture of all figures judges the colours."""
     wear = "sleeves.ring.wear={coefficient=1e-16, length=0.01}"
-    case = gp.load_case("han2021", [wear, "run.duration=0.3"])
+    case = gp.load_case("han2021", [wear, "run.duration=1.6"])
     figure = gp.wear(case, turns=1e6).plot()
     to_png(figure)
     assert len({line.get_color() for line in figure.axes[0].get_lines()}) == 5
