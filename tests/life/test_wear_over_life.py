@@ -308,4 +308,4 @@ def test_figure__of_many_blocks_has_curves_that_all_eyes_tell_apart() -> None:
     case = gp.load_case("han2021", [wear, "run.duration=1.6"])
     figure = gp.wear(case, turns=1e6).plot()
     to_png(figure)
-    assert len({line.get_color() for line in figure.axes[0].get_lines()}) == 5
+    assert len({tuple(line.get_color()) for line in figure.axes[0].get_lines()}) == 5
