@@ -32,6 +32,7 @@ from gearplay.results.mechanism import orbit_of
 from gearplay.results.output_shaft import scale_of, start_of
 from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.results.titles import case_words, window_words
+from gearplay.solver.frames import CarrierFrames
 from gearplay.solver.status import Status
 from gearplay.vocabulary.errors import InputError
 
@@ -170,7 +171,10 @@ def draw_orbit(ax: Any, result: "Result", rotor: str, window: Window, member: in
     """Draw the path of one centre with a title; of a carried rotor relative to its pin, in the carrier's axes."""
     sleeve = result.case.operating.sleeves.get(rotor)
     clearance = sleeve.radial_clearance if sleeve is not None else 0.0
-    x, y = orbit_of(result.case, rotor, lambda signal, label: cut(result, signal, label, window, member)[1])
+    frames = CarrierFrames(pack(result.case).system)
+    x, y = orbit_of(
+        result.case, frames, rotor, lambda name, label: cut(result, name, label, window, member)[1]
+    )
     plot_orbit(ax, x, y, clearance)
     on = carrier_of(result.case, rotor)
     frame = "\nrelative to its pin, axes of the carrier" if on else ""

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -125,12 +124,18 @@ def _bushes(case: Case) -> list[tuple[str, str, Holder]]:
 
 
 def frames_of(
-    case: Case, time: Floats, signal: Callable[[str, str], Floats], *, start: float = 0.0, most: int = FRAMES
+    case: Case,
+    frames: CarrierFrames,
+    time: Floats,
+    signal: Callable[[str, str], Floats],
+    *,
+    start: float = 0.0,
+    most: int = FRAMES,
 ) -> dict[str, Any]:
     """Return the motion for the drawing: places and rotations of all rotors, forces of all contacts; ``most`` instants.
 
-    ``time`` [s] is that of the samples, counted from ``start``; ``signal`` returns a signal of an element: ``x`` of a
-    rotor.
+    ``frames`` are those of the case. ``time`` [s] is that of the samples, counted from ``start``; ``signal`` returns a signal of
+    an element: ``x`` of a rotor.
 
     A planetary set is in the frame of its carrier, which has actually turned by ``orbit`` [rad], shape [rotor, frame]; 0 for all
     others. ``turns`` are the rotations by rolling with the leading rotor, less the carrier's, within a turn; those in ``rotors``
@@ -140,7 +145,7 @@ def frames_of(
     """
     at = np.unique(np.linspace(0, max(0, len(time) - 1), min(most, len(time))).astype(np.int64))
     lead, ratios = rolling_ratios(case)
-    frames, names = CarrierFrames(pack(case).system), list(case.rotors)
+    names = list(case.rotors)
     led, leads = (frames.leads >= 0)[:, None], frames.leads
     angles = np.array([signal("theta", name)[at] for name in names])
     rolled = ratios[:, None] * signal("theta", lead)[at]
@@ -184,8 +189,12 @@ def _peaks(values: Floats, at: NDArray[np.int64]) -> Floats:
 
 def _strongest(parts: list[Floats], at: NDArray[np.int64]) -> list[Floats]:
     """Return a force, by its components, where it is largest between each frame and the one before."""
-    size = np.sqrt(np.sum(np.square(parts), axis=0))
-    where = [low + 1 + int(np.argmax(size[low + 1 : high + 1])) for low, high in pairwise([-1, *at.tolist()])]
+    if not at.size:
+        return [part[:0] for part in parts]
+    size = np.nan_to_num(np.sum(np.square(parts), axis=0), nan=np.inf)
+    largest = np.repeat(_peaks(size, at), np.diff(at, prepend=-1))
+    places = np.flatnonzero(size[: largest.size] == largest)
+    where = places[np.searchsorted(places, np.r_[0, at[:-1] + 1])]
     return [part[where] for part in parts]
 
 
@@ -214,13 +223,15 @@ def motion_of(
     return dict(zip(("x", "y", "vx", "vy"), np.concatenate(found), strict=True))
 
 
-def orbit_of(case: Case, rotor: str, signal: Callable[[str, str], Floats]) -> tuple[Floats, Floats]:
+def orbit_of(
+    case: Case, frames: CarrierFrames, rotor: str, signal: Callable[[str, str], Floats]
+) -> tuple[Floats, Floats]:
     """Return the path x, y [m] of a rotor's centre, shape [time].
 
     In a sleeve it counts from the centre of the bush; a carried rotor's from its pin, in axes that turn with the actual
-    carrier. ``signal`` returns a signal of an element.
+    carrier. ``frames`` are those of the case; ``signal`` returns a signal of an element.
     """
-    frames, names = CarrierFrames(pack(case).system), list(case.rotors)
+    names = list(case.rotors)
     at = names.index(rotor)
     place = np.array([signal(axis, rotor) for axis in "xy"])
     if frames.hubs[at] < 0:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
-from gearplay.model.pack import Packed, pack
+from gearplay.model.pack import Packed
 from gearplay.model.traversal import rotor_order
 from gearplay.pictures.words import significant
 from gearplay.results.contacts import ContactTable, contacts_of
@@ -178,7 +178,11 @@ def ratio_of(case: Case, rotor: str, lead: str) -> float:
 
 
 def output_shaft(
-    case: Case, rotor: str | None, contacts: ContactTable, members: Sequence[tuple[float, Samples]]
+    case: Case,
+    packed: Packed,
+    rotor: str | None,
+    contacts: ContactTable,
+    members: Sequence[tuple[float, Samples]],
 ) -> OutputShaft:
     """Return the key numbers of a shaft, `output_of` the case if None.
 
@@ -189,7 +193,7 @@ def output_shaft(
     case = case.operating
     check_rotor(case, rotor)
     lead, at = input_of(case), rotor or output_of(case)
-    ratio, packed = ratio_of(case, at, lead), pack(case)
+    ratio = ratio_of(case, at, lead)
     wanted = wanted_of(packed, at, lead)
     start = start_of(case, packed, at, lead, ratio) if math.isfinite(ratio) else math.nan
     each = [_member(case, at, lead, ratio, start, rate, samples(wanted)) for rate, samples in members]
@@ -206,11 +210,11 @@ def start_of(case: Case, packed: Packed, at: str, lead: str, ratio: float) -> fl
     return float(start[3 * names.index(at) + 2] - ratio * start[3 * names.index(lead) + 2])
 
 
-def shaft_of_runs(case: Case, rotor: str | None, runs: Sequence[Trajectory]) -> OutputShaft:
+def shaft_of_runs(case: Case, packed: Packed, rotor: str | None, runs: Sequence[Trajectory]) -> OutputShaft:
     """Return the key numbers of the output shaft of members that were run, as `output_shaft` does."""
     stride = stride_of([run.samples.count for run in runs])
     members = [(run.sampling / stride, partial(run.thinned, stride=stride)) for run in runs]
-    return output_shaft(case, rotor, contacts_of(runs), members)
+    return output_shaft(case, packed, rotor, contacts_of(runs), members)
 
 
 def wanted_of(packed: Packed, at: str, lead: str) -> list[tuple[str, str]]:

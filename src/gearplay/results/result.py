@@ -225,7 +225,7 @@ class Result(MemberSignals):
         ('output', 5.0, 53.77)
 
         """
-        return shaft_of_runs(self.case, rotor, self.runs)
+        return shaft_of_runs(self.case, pack(self.case), rotor, self.runs)
 
     def __repr__(self) -> str:
         work, title = self.work, self.case.title or "untitled"

@@ -4,12 +4,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gearplay.model.pack import pack
 from gearplay.pictures.stage import Stage
 from gearplay.results.choice import cut, elements_at
 from gearplay.results.figures import close_up
 from gearplay.results.mechanism import frames_of, mechanism_of
 from gearplay.results.result import Result
 from gearplay.results.titles import case_words
+from gearplay.solver.frames import CarrierFrames
 from gearplay.vocabulary.errors import InputError
 
 NEEDED = ("x", "y", "theta")
@@ -45,9 +47,10 @@ def motion_in(
 
     sleeve = next((name for name in named if name in case.sleeves), None)
     mesh = next((mesh.label for mesh in case.meshes if mesh.label in named), None)
+    carriers = CarrierFrames(pack(case).system)
     return Motion(
         mechanism_of(case),
-        frames_of(case, time - time[0], signal, start=float(time[0]), most=frames),
+        frames_of(case, carriers, time - time[0], signal, start=float(time[0]), most=frames),
         case_words(case).replace(" um", " µm"),
         {key: name for key, name in (("sleeve", sleeve), ("mesh", mesh)) if name is not None},
         float(time[0]),

@@ -2,6 +2,7 @@
 
 import math
 import threading
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.calibration.plan import Condition, Plan
 from gearplay.calibration.reading import PACKAGE, load_plan
 from gearplay.files.measurements import read_measurement
 from gearplay.files.record import Channel, Record
@@ -104,25 +104,31 @@ def _nothing(channels: list[Channel], name: str) -> Fault:
 
 
 @cache
-def _plans() -> tuple[tuple[Plan, dict[str, int | None]], ...]:
-    """Return the bundled plans with measured values, each with the teeth of its case's rotors."""
-    plans = [load_plan(name) for name in bundled(PACKAGE, "plans")]
-    return tuple(
-        (plan, _teeth(load_case(plan.case))) for plan in plans if any(c.measured for c in plan.conditions)
-    )
+def _conditions() -> tuple[tuple[dict[str, int | None], dict[str, float], list[dict[str, Any]]], ...]:
+    """Return the conditions of bundled plans with measured values: teeth of the rotors, values by path in SI, measured lines."""
+    found = []
+    for plan in (load_plan(name) for name in bundled(PACKAGE, "plans")):
+        case = load_case(plan.case)
+        for condition in plan.conditions:
+            if condition.measured:
+                values = {path: number_in_si(case, (path,), raw, path) for path, raw in condition.set.items()}
+                lines = [
+                    {"line": name, "frequency": measured.frequency}
+                    for name, measured in condition.measured.items()
+                    if measured.frequency is not None
+                ]
+                found.append((_teeth(case), values, lines))
+    return tuple(found)
 
 
 def _teeth(case: Case) -> dict[str, int | None]:
     return {name: rotor.teeth for name, rotor in case.rotors.items()}
 
 
-def _is_at(case: Case, condition: Condition) -> bool:
-    """Return whether a case has the values that a condition sets."""
+def _is_at(case: Case, values: Mapping[str, float]) -> bool:
+    """Return whether a case has these values by path."""
     try:
-        return all(
-            math.isclose(value_at(case, path), number_in_si(case, (path,), raw, path), rel_tol=CLOSE)
-            for path, raw in condition.set.items()
-        )
+        return all(math.isclose(value_at(case, path), value, rel_tol=CLOSE) for path, value in values.items())
     except (InputError, TypeError):  # a field that the case lacks or that is no number
         return False
 
@@ -132,12 +138,7 @@ def measured_lines(case: Case) -> list[dict[str, Any]]:
 
     Empty for a case of other rotors, or at no condition of a plan.
     """
-    for plan, teeth in _plans():
-        for condition in plan.conditions if teeth == _teeth(case) else ():
-            if condition.measured and _is_at(case, condition):
-                return [
-                    {"line": name, "frequency": measured.frequency}
-                    for name, measured in condition.measured.items()
-                    if measured.frequency is not None
-                ]
-    return []
+    own = _teeth(case)
+    return next(
+        (lines for teeth, values, lines in _conditions() if teeth == own and _is_at(case, values)), []
+    )

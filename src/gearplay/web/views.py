@@ -12,11 +12,13 @@ from gearplay.model.geometry import (
     carrier_of,
     is_held,
 )
+from gearplay.model.pack import pack
 from gearplay.pictures.extremes import extremes, thinned_path
 from gearplay.results.contacts import contacts_of, without_slots
 from gearplay.results.mechanism import frames_of, orbit_of
 from gearplay.results.output_shaft import shaft_of_runs
 from gearplay.results.spectra import ensemble_spectrum, student_widening
+from gearplay.solver.frames import CarrierFrames
 from gearplay.solver.trajectory import Trajectory, work_of
 
 Floats = NDArray[np.float64]
@@ -35,7 +37,8 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
 
     Spectra and statistics are of all members, the rest is of the first. Times count from ``start``, so that 32 bits resolve them.
     """
-    run, shaft = runs[0], shaft_of_runs(case, None, runs)
+    packed, run = pack(case), runs[0]
+    shaft, frames = shaft_of_runs(case, packed, None, runs), CarrierFrames(packed.system)
     since = run.time - run.first_sample
     return {
         "status": run.message,
@@ -43,17 +46,17 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
         "reached": run.reached,
         "start": run.first_sample,
         **asdict(work_of(runs)),
-        "orbits": _orbits(case, run),
+        "orbits": _orbits(case, frames, run),
         "histories": _histories(run, since),
         "strip": _strip(run),
         "spectra": spectra_of(case, runs),
         "statistics": statistics_of(runs),
         "output": {"title": shaft.title, "rows": shaft.rows(), "note": shaft.note},
-        "frames": frames_of(case, since, run.signal, start=run.first_sample),
+        "frames": frames_of(case, frames, since, run.signal, start=run.first_sample),
     }
 
 
-def _orbits(case: Case, run: Trajectory) -> list[dict[str, Any]]:
+def _orbits(case: Case, frames: CarrierFrames, run: Trajectory) -> list[dict[str, Any]]:
     """Return the paths of free centres, with the clearance of those in sleeves; ``on`` is the carrier of a rotor.
 
     The paths of carried rotors are relative to their pins, in axes that turn with the carrier.
@@ -63,7 +66,7 @@ def _orbits(case: Case, run: Trajectory) -> list[dict[str, Any]]:
         on = carrier_of(case, name)
         if is_held(case, name) and on is None:
             continue
-        x, y = thinned_path(*orbit_of(case, name, run.signal), ORBIT_POINTS)
+        x, y = thinned_path(*orbit_of(case, frames, name, run.signal), ORBIT_POINTS)
         clearance = sleeves[name].radial_clearance if name in sleeves else 0.0
         found.append({"name": name, "on": on, "clearance": clearance, "x": x, "y": y})
     return found

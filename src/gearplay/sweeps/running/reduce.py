@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gearplay.files.record import Channel
 from gearplay.model import rolling
 from gearplay.model.case import Case
-from gearplay.model.pack import Packed
+from gearplay.model.pack import Packed, pack
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.contacts import without_slots
 from gearplay.results.output_shaft import OutputShaft, input_of, output_of, shaft_of_runs, wanted_of
@@ -262,7 +262,7 @@ class _Record:
     def shaft(self, at: str | None) -> OutputShaft:
         """Return the key numbers of the output shaft, or of a rotor."""
         if at not in self.shafts:
-            self.shafts[at] = shaft_of_runs(self.case, at, [self.run])
+            self.shafts[at] = shaft_of_runs(self.case, pack(self.case), at, [self.run])
         return self.shafts[at]
 
     def spectrum(self, of: OfSignal) -> Spectrum:
