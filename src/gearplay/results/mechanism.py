@@ -184,16 +184,21 @@ def _bush(frames: CarrierFrames, i: int, places: Floats, orbit: Floats) -> Float
 
 def _peaks(values: Floats, at: NDArray[np.int64]) -> Floats:
     """Return the largest value between each frame and the one before."""
-    return np.maximum.reduceat(values, np.r_[0, at[:-1] + 1]) if at.size else values[:0]
+    return np.maximum.reduceat(values[: at[-1] + 1], np.r_[0, at[:-1] + 1]) if at.size else values[:0]
 
 
 def _strongest(parts: list[Floats], at: NDArray[np.int64]) -> list[Floats]:
-    """Return a force, by its components, where it is largest between each frame and the one before."""
+    """Return a force, by its components, where it is largest between each frame and the one before.
+
+    >>> x, y = _strongest([np.array([1.0, 0.0, 3.0, 0.0]), np.array([0.0, 2.0, 0.0, 0.0])], np.array([1, 3]))
+    >>> x.tolist(), y.tolist()
+    ([0.0, 3.0], [2.0, 0.0])
+    """
     if not at.size:
         return [part[:0] for part in parts]
     size = np.nan_to_num(np.sum(np.square(parts), axis=0), nan=np.inf)
     largest = np.repeat(_peaks(size, at), np.diff(at, prepend=-1))
-    places = np.flatnonzero(size[: largest.size] == largest)
+    places = np.flatnonzero(size[: at[-1] + 1] == largest)
     where = places[np.searchsorted(places, np.r_[0, at[:-1] + 1])]
     return [part[where] for part in parts]
 
