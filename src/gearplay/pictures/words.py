@@ -77,7 +77,11 @@ def shown_in(unit: str, largest: float) -> tuple[str, float]:
 
     >>> shown_in("m", 3e-4), shown_in("m", 0.08), shown_in("m/s^2", 1.0), shown_in("rad", 1e-4)
     (('µm', 1000000.0), ('mm', 1000.0), ('m/s²', 1.0), ('µrad', 1000000.0))
+    >>> shown_in("m", 2e-9)
+    ('nm', 1000000000.0)
     """
+    if unit == "m" and 0.0 < largest < 2e-8:
+        return "nm", 1e9
     if unit == "m" and largest > 1.001e-3:
         return ("mm", 1e3) if largest <= 1.0 else ("m", 1.0)
     if unit == "rad" and 0.0 < largest < 2e-3:
