@@ -94,13 +94,13 @@ def _over(ax: Any, ds: xr.Dataset, name: str) -> None:
         ax.plot(x, y, "o-", color=color, markersize=3, linewidth=1.0, label=field.replace("_", " "))
     ax.set_ylim(0.0, 1.15 * highest or 1.0)
     ax.set_xlabel(label, fontsize=FONT)
-    ax.set_ylabel("[arcmin]", fontsize=FONT)
+    ax.set_ylabel("at the output [arcmin]", fontsize=FONT)
     ax.legend(fontsize=FONT, frameon=False)
 
 
 def _members(ax: Any, ds: xr.Dataset, name: str) -> None:
     values = ds[f"lost_motion_arcmin_by_{name}"].values
-    ax.hist(values, bins=max(4, min(30, int(np.sqrt(values.size)) * 2)), color=COUPLED)
+    ax.hist(values, bins=max(4, min(30, int(np.sqrt(values.size)))), color=COUPLED)
     ax.axvline(float(ds["lost_motion_arcmin"]), color=TEST, linewidth=1.0, linestyle="--", label="nominal")
     ax.set_xlabel("lost motion of drawn members [arcmin]", fontsize=FONT)
     ax.set_ylabel("members", fontsize=FONT)
@@ -120,7 +120,7 @@ def reduction_drawing(ds: xr.Dataset) -> Any:
     axes[0, 0].set_ylabel("torque [N m]", fontsize=FONT)
     if scattered:
         values = ARCMIN * ds["half_width_by_member"].values
-        axes[0, 1].hist(values, bins=max(4, min(30, 2 * int(np.sqrt(values.size)))), color=UNCOUPLED)
+        axes[0, 1].hist(values, bins=max(4, min(30, int(np.sqrt(values.size)))), color=UNCOUPLED)
         axes[0, 1].axvline(ARCMIN * half, color=COUPLED, linewidth=1.4)
         axes[0, 1].set_xlabel("half width of drawn members [arcmin]", fontsize=FONT)
         axes[0, 1].set_ylabel("members", fontsize=FONT)
