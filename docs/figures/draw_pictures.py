@@ -2,6 +2,7 @@
 
 import contextlib
 import re
+import shlex
 import shutil
 import sys
 import tempfile
@@ -9,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import gearplay as gp
 from gearplay.cli.main import run
+from gearplay.pictures.canvas import SMALL, make_figure, to_png
+from gearplay.pictures.style import COUPLED, UNCOUPLED
 
 HERE = Path(__file__).parent
 HOW_TO = HERE.parent / "how-to"
@@ -48,17 +50,33 @@ def crack() -> None:
     page: dict[str, Any] = {}
     with contextlib.chdir(HERE.parents[1]):
         exec(blocks[0].split("\nfor state")[0], page)
-        figure = Figure(figsize=(9.0, 3.2), layout="constrained")
-        axes = figure.subplots(1, 2)
+        figure, panels = make_figure(1, 2, 3.2)
+        axes = panels[0]
         states = {"180 N m": {}, "2 N m and a speed ripple of 3 %": page["rattling"]}
         for axis, (title, state) in zip(axes, states.items(), strict=True):
-            for label, faults, line in (("sound", {"faults": []}, "-"), ("crack of 2 mm", {}, "--")):
+            for label, faults, line, color in (
+                ("sound", {"faults": []}, "-", COUPLED),
+                ("crack of 2 mm", {}, "--", UNCOUPLED),
+            ):
                 found = page["difference"](gp.replace(page["case"], {**state, **faults}))
-                axis.plot(20.0 * np.arange(found.size) / found.size, 1e6 * found, line, lw=1.0, label=label)
-            axis.set(title=title, xlabel="pitches of the pinion", xticks=range(0, 21, 5))
-        axes[0].set_ylabel("difference signal of the wheel, µm")
-        axes[0].legend()
-        figure.savefig(HOW_TO / "crack.png", dpi=110)
+                angle = 360.0 * np.arange(found.size) / found.size
+                axis.plot(angle, 1e6 * found, line, color=color, lw=1.0, label=label)
+            axis.set_title(title, fontsize=SMALL, loc="left")
+            axis.set(xlabel="angle of the pinion [deg]", xticks=range(0, 361, 90))
+        axes[0].set_ylabel("difference signal of the wheel [µm]")
+        axes[0].legend(frameon=False, fontsize=SMALL)
+        (HOW_TO / "crack.png").write_bytes(to_png(figure))
+
+
+def play() -> None:
+    """Draw what docs/how-to/wear.md and lost-motion.md show, by the first commands of these pages."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(HERE.parents[1]):
+        for page, made in (("wear", "wear.png"), ("lost-motion", "lost-motion.png")):
+            text = (HOW_TO / f"{page}.md").read_text(encoding="utf-8")
+            words = shlex.split(text.split("```sh\n")[1].splitlines()[0])[1:]
+            words = words[: words.index("--out")] if "--out" in words else words
+            run([*words, "--out", f"{folder}/{page}"])
+            shutil.copy(f"{folder}/{page}/{made}", HOW_TO / made)
 
 
 def main() -> None:
@@ -122,3 +140,4 @@ if __name__ == "__main__":
     maps()
     diagnosis()
     crack()
+    play()
