@@ -200,10 +200,41 @@ def test_alarm__of_a_burst_at_one_tooth(
     [
         (["--healthy", "nowhere", "--teeth", "20"], "--healthy.*folder with a file"),
         (["--healthy", "nowhere"], "--healthy.*must be given with --teeth"),
+        (["--teeth", "20", "--false-alarms", "0.1"], "--false-alarms = 0.1: must be given with --healthy"),
+        (["--healthy", ".", "--teeth", "20"], "must not hold the record itself"),
+        (
+            ["--healthy", "nowhere", "--teeth", "20", "--speed", "1.h5"],
+            "--speed.*must not be a file with --healthy",
+        ),
     ],
 )
 def test_alarm__without_what_it_needs_is_refused(
-    words: list[str], rule: str, healthy: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str],
+    rule: str,
+    healthy: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert run(["analyze", str(healthy / "0.h5"), "--speed", "600 rpm", *words]) == 2
+    monkeypatch.chdir(healthy)
+    assert run(["analyze", "0.h5", "--speed", "600 rpm", *words]) == 2
     assert re.search(rule, capsys.readouterr().err)
+
+
+def test_alarm__names_the_file_of_a_record_that_does_not_fit(
+    healthy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A sound record of 4 turns among those of 20: its average has more noise, which is no damage."""
+    short = gear_channel(7).values[: int(0.4 * RATE)]
+    now, folder = tmp_path / "now.h5", tmp_path / "sound"
+    folder.mkdir()
+    for file in healthy.iterdir():
+        (folder / file.name).write_bytes(file.read_bytes())
+    gp.write_record(gp.Record((gp.Channel("acc", short, RATE, "m/s^2"),)), now)
+    words = ["--speed", "600 rpm", "--teeth", "20", "--healthy", str(folder), "--false-alarms", "0.05"]
+    assert run(["analyze", str(now), *words]) == 2
+    assert "indicators.turns = 4: must be 16 to 25" in capsys.readouterr().err
+    (folder / "short.h5").write_bytes(now.read_bytes())
+    (folder / ".hidden").write_text("no record")
+    gp.write_record(gp.Record((gear_channel(7),)), now, overwrite=True)
+    assert run(["analyze", str(now), *words]) == 2
+    assert "--healthy short.h5: turns = 4: must be 16 to 25" in capsys.readouterr().err

@@ -259,6 +259,8 @@ REFUSED: dict[str, tuple[str, Callable[[], object]]] = {
     "at rest": ("must vary", lambda: gp.diagnose(gp.Channel("a", np.ones(9999), 1e4), teeth="23:61", speed="1500 rpm")),
     "short": ("at least 2048", lambda: gp.diagnose(gp.Channel("a", np.ones(9), 1e4), teeth="23:61", speed="1500 rpm")),
     "not finite": ("finite", lambda: gp.diagnose(gp.Channel("a", np.full(9999, np.inf), 1e4), teeth="23:61", speed="1500 rpm")),
+    "members of nothing": ("members = 5: must be given with a case", lambda: gp.diagnose(NOISE, members=5, **PAIR)),
+    "members, quick": ("members = 5: must be given", lambda: gp.diagnose(NOISE, members=5, case="han2021", quick=True)),
     "a case at rest": ("must prescribe a speed", lambda: gp.diagnose(NOISE, case=STILL)),
 }  # fmt: skip
 

@@ -309,3 +309,15 @@ def test_figure__of_many_blocks_has_curves_that_all_eyes_tell_apart() -> None:
     figure = gp.wear(case, turns=1e6).plot()
     to_png(figure)
     assert len({tuple(line.get_color()) for line in figure.axes[0].get_lines()}) == 5
+
+
+def test_life__that_wears_off_half_of_a_tooth_or_a_bush_is_refused() -> None:
+    """In one sentence, not as the points of a profile that no one wrote; 11.8 mm of base pitch leave 2.95 mm."""
+    few = with_mesh({}, run={"duration": 0.31, "transient": 0.05})
+    with pytest.raises(
+        gp.InputError, match=r"turns = 1.*at most 2.95 mm of a flank: two left lacks .* fewer turns"
+    ) as found:
+        gp.wear(few, turns=1e10, blocks=2)
+    assert len(found.value.faults) == 1
+    with pytest.raises(gp.InputError, match=r"turns = 1.*clearance of at most 100 mm: that of two is"):
+        gp.wear(with_mesh({"wear": None}), turns=1e12, blocks=1)

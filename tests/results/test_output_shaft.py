@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from gearplay.results.output_shaft import output_of
 
 RADIUS = {
     "pinion": 0.5 * 20 * 2e-3 * math.cos(math.radians(20.0)),
@@ -182,3 +183,12 @@ def test_output__of_a_shaft_without_a_load() -> None:
     names = dict(gp.simulate(case).output_at("idler").rows())
     assert "transmission error, peak to peak" in names
     assert not {"mean torque", "efficiency", "mean power into the load"} & set(names)
+
+
+def test_output__is_the_shaft_with_the_largest_load_at_speed() -> None:
+    """A fan of 0.2 N m s/rad at 50 rad/s takes 10 N m, more than a pump of 5 N m on the shaft before it."""
+    case = pair(load={"torque": 0.0, "drag": 0.2})
+    case["rotors"]["idler"] = {"teeth": 30, "mass": 0.5, "inertia": 5e-4, "load": {"torque": 5.0}}
+    first = case["meshes"][0]
+    case["meshes"] = [first | {"driven": "idler"}, first | {"driver": "idler"}]
+    assert output_of(gp.load_case(case)) == "gear"

@@ -162,3 +162,35 @@ def test_sensor_on_the_housing__has_what_forces_of_its_bearings_make() -> None:
     ideal = ideal[: means.size]
     assert record.attributes["cover_place"].startswith("housing, ")
     assert np.corrcoef(ideal[20:-20], means[20 : ideal.size - 20])[0, 1] > 0.9
+
+
+def test_sensor__on_the_housing_of_a_case_without_meshes() -> None:
+    """An unbalance on a support that turns clockwise, against its steady state; axis 0.4 rad from +x, force 0.5 rad further."""
+    stiffness, damping, mass, unbalance, speed = 2e6, 200.0, 3.0, 2e-4, 200.0 * math.pi
+    case = {
+        "rotors": {
+            "fan": {
+                "mass": mass,
+                "inertia": 1e-2,
+                "unbalance": {"amount": unbalance},
+                "drive": {"kind": "speed", "speed": -speed},
+            }
+        },
+        "supports": {"fan": {"stiffness": [stiffness, 2.0 * stiffness], "damping": [damping, damping]}},
+        "run": {"duration": 0.05, "transient": 0.5},
+    }
+    mode = {"frequency": 130.0, "damping_ratio": 0.03, "mass": 5.0, "shape": -0.7}
+    path = {"at": "supports.fan", "angle": 0.5, "modes": [mode]}
+    sensor = {"angle": 0.4, "lower_frequency": 0.2, "paths": [path], "noise_density": 0.0}
+    found = gp.measure(case, {"accelerometers": {"cover": sensor}, "collector": {"sampling": 2e4}})
+    values = found.channel("cover.acceleration").values
+    s = 1j * speed
+    x, y = (
+        unbalance * speed**2 * turn * (k + s * damping) / (k + s * damping + mass * s**2)
+        for turn, k in ((1.0, stiffness), (1j, 2.0 * stiffness))
+    )
+    force = x * math.cos(0.9) + y * math.sin(0.9)
+    accelerance = HousingPath.model_validate(path).response(np.array([speed / (2.0 * math.pi)]))[0]
+    time = 0.5 + np.arange(values.size) / 2e4
+    steady = np.real(accelerance * force * np.exp(s * time))
+    np.testing.assert_allclose(values, steady, atol=2e-3 * np.max(np.abs(steady)))

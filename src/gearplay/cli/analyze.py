@@ -1,7 +1,7 @@
 """`gearplay analyze RECORD`: statistics, lines and a report page of a measured or simulated record."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from gearplay.cli.alarms import alarm_against, check_alarm
 from gearplay.cli.options import Pulses, Units, si_number
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
 
@@ -47,8 +48,9 @@ def analyze(
         typer.Option("--healthy", help="Folder of healthy records: an alarm where indicators exceed theirs."),
     ] = None,
     false_alarms: Annotated[
-        float, typer.Option("--false-alarms", help="Share of healthy records that raise an alarm.")
-    ] = 0.02,
+        float | None,
+        typer.Option("--false-alarms", help="Share of healthy records that raise an alarm [default: 0.02]."),
+    ] = None,
     band: Annotated[
         tuple[str, str] | None,
         typer.Option("--band", metavar="LOW HIGH", help="Band of the envelope spectrum: 2kHz 4kHz."),
@@ -83,22 +85,18 @@ def analyze(
         else (si_number("--band", band[0], FREQUENCY), si_number("--band", band[1], FREQUENCY))
     )
     held, usual = record_in(record, rate, units_of(units or ()))
+    check_alarm(record, healthy, teeth, false_alarms, speed, held)
     chosen, turning = held.channel(channel or usual), speed_of(held, speed, pulses)
     ends = _most_impulsive(chosen, ends) if envelope else ends
     indicators = None if teeth is None else _indicators(chosen, turning, teeth)
     alarm = None
-    if healthy is not None:
-        if teeth is None:
-            from gearplay.vocabulary.errors import InputError
-
-            rule = "must be given with --teeth, whose indicators it compares"
-            raise InputError.of("--healthy", str(healthy), rule, "Give the number of teeth")
+    if healthy is not None and teeth is not None:
 
         def found_in(path: Path) -> Any:
             each, its = record_in(path, rate, units_of(units or ()))
             return _gear_indicators(each.channel(channel or its), speed_of(each, speed, pulses), teeth)[0]
 
-        alarm = _alarm(_gear_indicators(chosen, turning, teeth)[0], healthy, found_in, false_alarms)
+        alarm = alarm_against(_gear_indicators(chosen, turning, teeth)[0], healthy, found_in, false_alarms)
     table = line_table(chosen, expected) if expected else None
     found = None if ends is None else _envelope_lines(chosen, *ends)
     figures: list[Path] = []
@@ -228,26 +226,6 @@ def _indicators(channel: Any, speed: Any, teeth: int) -> dict[str, Any]:
     """Return the condition indicators of the gear on the shaft that turns with a speed."""
     found, settings = _gear_indicators(channel, speed, teeth)
     return {**asdict(found), "settings": settings}
-
-
-def _alarm(
-    found: Any, folder: Path, indicators_of: Callable[[Path], Any], false_alarms: float
-) -> dict[str, Any]:
-    """Return whether indicators raise an alarm against those of the records in a folder, with score and threshold."""
-    from gearplay.signals.alarms import alarm_limit
-    from gearplay.vocabulary.errors import InputError
-
-    files = sorted(path for path in folder.iterdir() if path.is_file()) if folder.is_dir() else []
-    if not files:
-        rule = "must be a folder with a file for each healthy record"
-        raise InputError.of("--healthy", str(folder), rule, "Name one")
-    limit = alarm_limit([indicators_of(path) for path in files], false_alarms=false_alarms)
-    return {
-        "raised": limit.raises(found),
-        "score": limit.score(found),
-        "threshold": limit.threshold,
-        "settings": limit.message,
-    }
 
 
 def _gear_indicators(channel: Any, speed: Any, teeth: int) -> tuple[Any, str]:

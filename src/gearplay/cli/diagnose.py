@@ -53,8 +53,11 @@ def diagnose(
         Path | None, typer.Option("--rig", help="Rig file of the record, for its simulated ones.")
     ] = None,
     members: Annotated[
-        int, typer.Option("--members", min=2, max=64, help="Simulated records of each cause and severity.")
-    ] = 3,
+        int | None,
+        typer.Option(
+            "--members", min=2, max=64, help="Simulated records of each cause and severity [default: 3]."
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder of result and picture; none by default.")
     ] = None,

@@ -16,7 +16,7 @@ from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.measures import Measures
 from gearplay.diagnosis.named_lines import NamedLine
 from gearplay.diagnosis.result import texts
-from gearplay.diagnosis.shaft_speed import FoundSpeed
+from gearplay.diagnosis.shaft_speed import NO_LINE, FoundSpeed
 from gearplay.files.record import Channel
 from gearplay.vocabulary.version import VERSION
 
@@ -45,7 +45,7 @@ def summary(every: Sequence[Hypothesis], found: FoundSpeed) -> str:
 def _sources() -> dict[str, str]:
     return {
         "mesh": "by its mesh lines", "shaft": "by the lines of its turns", "measured": "as measured",
-        "nominal": "as given, since no line of it stands out",
+        "nominal": f"as given, since {NO_LINE}",
     }  # fmt: skip
 
 

@@ -38,6 +38,10 @@ LEAST_TURNS: Final = 10
 """Least length of a record, in turns of the first shaft."""
 
 
+MEMBERS = 3
+NOT_SIMULATED = "must be given with a case that is simulated"
+
+
 def diagnose(
     record: Record | Channel,
     *,
@@ -49,7 +53,7 @@ def diagnose(
     channel: str | None = None,
     quick: bool = False,
     rig: Rig | str | os.PathLike[str] | Mapping[str, Any] | None = None,
-    members: int = 3,
+    members: int | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
     stop: threading.Event | None = None,
@@ -92,7 +96,7 @@ def diagnose(
         Rig of the record, as `measure` takes it; its sampling rate is the record's. The channel ``NAME.recorded`` is compared
         with its accelerometer ``NAME``, any other with the first one.
     members
-        Simulated records of each cause and severity, from different starts with different noise, 2 or more.
+        Simulated records of each cause and severity, from different starts with different noise, 2 or more; 3 if not given.
     threads
         Threads; the cores by default. It changes nothing in the result.
     progress
@@ -128,6 +132,10 @@ def diagnose(
     built = None if case is None else case if isinstance(case, Case) else load_case(case)
     machine = _machine(built, teeth, bearings)
     instruments = _rig(rig, built, quick=quick)
+    if members is not None and (built is None or quick):
+        raise InputError.of(
+            "members", members, NOT_SIMULATED, "Give the case, without quick, or leave it out"
+        )
     taken, found, spectrum = _prepared("record", chosen, machine, speed)
     before = None
     if healthy is not None:
@@ -145,7 +153,7 @@ def diagnose(
         checks = checked(
             taken, before[1] if before is not None else None, built, instruments, machine, found,
             before[0].speed if before is not None else found, every,
-            members=members, threads=threads, progress=progress, stop=stop,
+            members=members or MEMBERS, threads=threads, progress=progress, stop=stop,
         )  # fmt: skip
         every = revised(every, checks)
     source = record.source if isinstance(record, Record) and record.source else chosen.name
@@ -186,8 +194,7 @@ def _channel(path: str, record: Any, name: str | None) -> Channel:
 def _rig(rig: Any, case: Case | None, *, quick: bool) -> Rig:
     """Return the rig of a record; `InputError` where there is nothing to simulate with it, or it does not fit."""
     if rig is not None and (case is None or quick):
-        rule = "must be given with a case that is simulated"
-        raise InputError.of("rig", "given", rule, "Give the case, without quick, or leave it out")
+        raise InputError.of("rig", "given", NOT_SIMULATED, "Give the case, without quick, or leave it out")
     built = load_rig(rig)
     if case is not None and not quick:
         placements(built, case)

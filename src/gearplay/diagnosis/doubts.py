@@ -9,6 +9,7 @@ from gearplay.diagnosis.hypotheses import MODULATION, Hypothesis, look_alike, on
 from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.measures import PARTS, Measures
 from gearplay.diagnosis.separation import LEAST_TURNS
+from gearplay.diagnosis.shaft_speed import NO_LINE
 
 
 def doubts(
@@ -28,9 +29,7 @@ def doubts(
     if not machine.meshes:
         said.append("Gears cannot be told: no teeth are given.")
     if healthy is not None and machine.meshes and not healthy.speed.known:
-        said.append(
-            "The healthy record is no measure of the gears: no line of its mesh stands out within 2.5 % of the speed."
-        )
+        said.append(f"The healthy record is no measure of the gears: {NO_LINE}.")
     if healthy is None and found.gears:
         share = 100.0 * MODULATION
         said.append(
@@ -42,9 +41,7 @@ def doubts(
 def _speed(machine: Machine, found: Measures) -> list[str]:
     if found.speed.known or not machine.meshes:
         return []
-    return [
-        "Damaged teeth and eccentric gears cannot be told: no line of mesh or shaft stands out within 2.5 % of the speed."
-    ]
+    return [f"Damaged teeth and eccentric gears cannot be told: {NO_LINE}."]
 
 
 def _gears(machine: Machine, found: Measures) -> list[str]:

@@ -19,8 +19,14 @@ SEARCH: Final = 0.025
 """Relative half width of the range searched: 2 % and some margin."""
 HARMONICS: Final = 4
 """Harmonics of each mesh in the comb."""
+TURNS: Final = 3
+"""Multiples of the turns of each shaft in the comb."""
 STANDS_OUT: Final = 8.0
 """Amplitude of a line over the median of its surroundings, from which it fixes the speed."""
+NO_LINE: Final = (
+    f"none of the first {HARMONICS} mesh harmonics and {TURNS} multiples of a turn is {STANDS_OUT:g} times above the lines "
+    "around it"
+)
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,7 @@ def found_speed(spectrum: Spectrum, machine: Machine, nominal: float) -> FoundSp
     resolution = spectrum.resolution
     top = float(spectrum.frequency[-1]) / (1.0 + SEARCH) - 4.0 * resolution
     mesh = [k * each.order for each in machine.meshes for k in range(1, HARMONICS + 1)]
-    shaft = [k * each.order for each in machine.shafts for k in range(1, 4)]
+    shaft = [k * each.order for each in machine.shafts for k in range(1, TURNS + 1)]
     for source, own, more in (("mesh", mesh, shaft[:2]), ("shaft", shaft, [])):
         low = 3.0 * resolution / (1.0 - SEARCH)
         orders = np.array(sorted({o for o in own if low < o * nominal < top}))

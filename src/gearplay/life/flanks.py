@@ -251,6 +251,11 @@ def worn_faults(case: Case, depths: dict[tuple[str, str], Floats]) -> list[dict[
     return kept
 
 
+def thickest_wear(case: Case, flank: list[Contact]) -> float:
+    """Return the greatest depth of wear [m] of a flank that is computed: half of a tooth, at most 10 mm."""
+    return min(0.25 * _ends(case, flank[0])[2], 0.01)
+
+
 def worn_volume(case: Case, flank: list[Contact], depth: Floats) -> float:
     """Return the volume [m^3] that all teeth of a gear have lost on a flank: z b times the integral of depth over its length."""
     rho = _radii(case, flank[0])

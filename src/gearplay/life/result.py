@@ -19,10 +19,12 @@ COLUMNS = {
     "depth": Column(("turns", "flank", "height"), "m", "material worn off a flank, normal to it"),
     "worn_volume": Column(("turns", "flank"), "m^3", "volume worn off a flank of all teeth of a gear"),
     "line_load": Column(("block", "side", "height"), "N/m", "mean line load of a pair of teeth"),
-    "backlash": Column(("turns", "mesh"), "m", "normal backlash, mean over a mesh period"),
+    "backlash": Column(
+        ("turns", "mesh"), "m", "normal backlash at the reference temperature, mean over a mesh period"
+    ),
     "journal_depth": Column(("turns", "sleeve", "direction"), "m", "material worn off a journal"),
     "bush_depth": Column(("turns", "sleeve", "direction"), "m", "material worn off a bush"),
-    "radial_clearance": Column(("turns", "sleeve"), "m", "radial clearance"),
+    "radial_clearance": Column(("turns", "sleeve"), "m", "radial clearance at the reference temperature"),
 }
 COORDINATES = {
     "turns": Column(("turns",), "1", "turns of the reference rotor"),

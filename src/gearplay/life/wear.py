@@ -17,6 +17,7 @@ from gearplay.life.flanks import (
     deflections,
     flank_rates,
     starting_depths,
+    thickest_wear,
     wearing_flanks,
     worn_volume,
 )
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
     from gearplay.vocabulary.progress import Progress
 
 BLOCKS = 10
+MOST_CLEARANCE = 0.1
+"""Largest radial clearance of a plain bearing [m] that a case may have."""
 SIGNALS = ["theta", "omega"]
 
 
@@ -72,7 +75,7 @@ def wear(
     Raises
     ------
     InputError
-        For a case without ``wear``, or whose flanks it cannot be computed for.
+        For a case without ``wear``, or whose flanks it cannot be computed for; for a life that wears off half of a tooth.
     SimulationError
         Where a simulated block does not reach its end.
 
@@ -117,6 +120,7 @@ def wear(
                 for name in bushes
             }
         )
+        _check_left(first, flanks, depths[-1], worn_off[-1], turns, step * (block + 1))
         now = worn(first, depths[-1], worn_off[-1])
     about = provenance(first, rotor=reference, blocks=blocks, deepest_step=deepest, deflection=bent)
     tables = [_flank_tables(first, flanks, depths, loads), _bush_tables(first, worn_off)]
@@ -124,6 +128,32 @@ def wear(
     coordinates = {"turns": step * np.arange(blocks + 1)}
     coordinates |= {name: values for _, table in tables for name, values in table.items()}
     return Wear(_dataset(variables, coordinates, about))
+
+
+def _check_left(
+    case: Case,
+    flanks: Flanks,
+    depth: dict[tuple[str, str], Any],
+    bushes: dict[str, Any],
+    turns: float,
+    by: float,
+) -> None:
+    """Refuse a life that wears off half of a tooth, or a clearance beyond the bound of its field."""
+    rule = ""
+    for key, contacts in flanks.items():
+        worst, most = float(np.max(depth[key])), thickest_wear(case, contacts)
+        if worst > most:
+            rule = f"must wear off at most {1e3 * most:.3g} mm of a flank: {' '.join(key)} lacks {1e3 * worst:.3g} mm"
+    for name, depths in bushes.items():
+        clearance = case.sleeves[name].radial_clearance + clearance_of_wear(depths)
+        if clearance > MOST_CLEARANCE:
+            rule = (
+                f"must leave a radial clearance of at most {1e3 * MOST_CLEARANCE:g} mm: "
+                f"that of {name} is {1e3 * clearance:.3g} mm"
+            )
+    if rule:
+        cure = "Give fewer turns, or a smaller wear coefficient"
+        raise InputError.of("turns", turns, f"{rule} at {by:g} turns", cure)
 
 
 def _flank_tables(

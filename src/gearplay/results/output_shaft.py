@@ -134,14 +134,18 @@ def input_of(case: Case) -> str:
 
 
 def output_of(case: Case) -> str:
-    """Return the loaded rotor that is not the input, of several the one with the largest load.
+    """Return the loaded rotor that is not the input, of several the one with the largest load at nominal speed.
 
     Of a train without loads the rotor that comes last on the way from the input.
     """
     lead = input_of(case)
+    speeds = np.abs(rolling.nominal_speeds(case))
     loads = {
-        name: load.torque + load.friction + sum(abs(term.amplitude) for term in load.terms) + load.drag
-        for name, rotor in case.rotors.items()
+        name: load.torque
+        + load.friction
+        + sum(abs(term.amplitude) for term in load.terms)
+        + load.drag * (speed or 1.0)
+        for (name, rotor), speed in zip(case.rotors.items(), speeds.tolist(), strict=True)
         if name != lead and (load := rotor.load) != type(load)()
     }
     if loads:

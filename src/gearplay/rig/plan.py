@@ -315,7 +315,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
 
 @dataclass(frozen=True)
 class Placement:
-    """Position of an accelerometer: its rotor, the direction of its axis from +x [rad], its paths on the housing."""
+    """Position of an accelerometer: its rotor, "" on the housing, and the direction of its axis from +x [rad]."""
 
     rotor: str
     direction: float
@@ -353,9 +353,11 @@ def placements(rig: Rig, case: Case) -> dict[str, Placement]:
                 rule = f"must be on the housing, not on {given[part].on}"
                 faults.append(Fault(f"{at}.paths.{k}.at", path.at, rule, "Name another"))
         rotor = sensor.rotor or (case.meshes[sensor.mesh].rotors[1] if case.meshes else None)
+        if sensor.paths:
+            rotor = ""
         if rotor is None:
             faults.append(Fault(f"{at}.rotor", NO_VALUE, "is required where the case has no mesh", "Add it"))
-        elif rotor not in case.rotors:
+        elif rotor and rotor not in case.rotors:
             cure = did_you_mean(rotor, case.rotors, "Rotors")
             faults.append(Fault(f"{at}.rotor", rotor, "must be a rotor of the case", cure))
         else:

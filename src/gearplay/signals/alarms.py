@@ -24,7 +24,8 @@ LEAST_SPREAD: Final = 1e-6
 class AlarmLimit:
     """Limit of a score of indicators that so many healthy records set; see `alarm_limit`.
 
-    ``middle`` and ``spread`` are those of the logarithms of the indicators, shape [indicator].
+    ``middle`` and ``spread`` are those of the logarithms of the indicators, shape [indicator]; ``turns`` is the median number of
+    turns that the healthy averages are of, where all have it.
     """
 
     threshold: float
@@ -33,10 +34,17 @@ class AlarmLimit:
     middle: Floats
     spread: Floats
     watched: tuple[str, ...] = WATCHED
+    turns: float | None = None
 
     def score(self, indicators: GearIndicators) -> float:
-        """Return the largest excess of an indicator over the healthy median, in healthy spreads of its logarithm."""
-        return float(np.max((_logarithms([indicators], self.watched)[0] - self.middle) / self.spread))
+        """Return the largest excess of an indicator over the healthy median, in healthy spreads of its logarithm.
+
+        Raises `InputError` for indicators that are not above 0, or of an average over other than 0.8 to 1.25 times as many turns
+        as the healthy ones: noise that is averaged less would raise an alarm.
+        """
+        _check_turns("indicators", indicators, self.turns)
+        values = _logarithms("indicators", indicators, self.watched)
+        return float(np.max((values - self.middle) / self.spread))
 
     def raises(self, indicators: GearIndicators) -> bool:
         """Return whether indicators raise an alarm: a score above the threshold."""
@@ -75,7 +83,7 @@ def alarm_limit(healthy: Sequence[GearIndicators], *, false_alarms: float = FALS
     Raises
     ------
     InputError
-        For fewer than 1/p - 1 records, or indicators that are not above 0.
+        For fewer than 1/p - 1 records, indicators that are not above 0, or averages over 0.8 to 1.25 times the usual turns.
 
     Examples
     --------
@@ -89,25 +97,36 @@ def alarm_limit(healthy: Sequence[GearIndicators], *, false_alarms: float = FALS
 
     """
     if not 0.0 < false_alarms < 1.0:
-        refuse("false_alarms", f"{false_alarms:g}", "must be above 0 and below 1", "Give for example 0.02")
+        refuse("false_alarms", false_alarms, "must be above 0 and below 1", "Give for example 0.02")
     least = math.ceil(1.0 / false_alarms - 1.0 - 1e-9)
     if len(healthy) < max(least, 3):
         rule = f"must be at least {max(least, 3)} for false alarms in {100.0 * false_alarms:g} %"
         refuse("healthy", f"{len(healthy)} records", rule, "Measure more, or allow more false alarms")
-    values = _logarithms(healthy, WATCHED)
+    counts = [each.turns for each in healthy if each.turns is not None]
+    turns = float(np.median(counts)) if len(counts) == len(healthy) else None
+    for k, each in enumerate(healthy):
+        _check_turns(f"healthy.{k}", each, turns)
+    values = np.array([_logarithms(f"healthy.{k}", each, WATCHED) for k, each in enumerate(healthy)])
     middle = np.median(values, axis=0)
     spread = np.maximum(1.4826 * np.median(np.abs(values - middle), axis=0), LEAST_SPREAD)
     scores = np.sort(np.max((values - middle) / spread, axis=1))
     place = min(math.ceil((len(healthy) + 1) * (1.0 - false_alarms) - 1e-9), len(healthy))
-    return AlarmLimit(float(scores[place - 1]), false_alarms, len(healthy), middle, spread)
+    return AlarmLimit(float(scores[place - 1]), false_alarms, len(healthy), middle, spread, turns=turns)
 
 
-def _logarithms(each: Sequence[GearIndicators], watched: Sequence[str]) -> Floats:
-    """Return the logarithms of indicators, shape [record, indicator]."""
-    values = np.array([[getattr(one, name) for name in watched] for one in each], dtype=np.float64)
-    for k, row in enumerate(values):
-        for name, value in zip(watched, row, strict=True):
-            if not value > 0.0:
-                rule = "must be above 0: the difference signal of this record has no power"
-                refuse(f"healthy.{k}.{name}", f"{value:g}", rule, "Leave the record out")
+def _logarithms(at: str, indicators: GearIndicators, watched: Sequence[str]) -> Floats:
+    """Return the logarithms of indicators, shape [indicator]."""
+    values = np.array([getattr(indicators, name) for name in watched], dtype=np.float64)
+    for name, value in zip(watched, values, strict=True):
+        if not value > 0.0:
+            rule = "must be above 0: the difference signal has no power"
+            refuse(f"{at}.{name}", float(value), rule, "Give a record of a gear that runs")
     return np.log(values)
+
+
+def _check_turns(at: str, indicators: GearIndicators, turns: float | None) -> None:
+    """Refuse an average over other than 0.8 to 1.25 times as many turns as those of healthy records."""
+    if turns is None or indicators.turns is None or 0.8 * turns <= indicators.turns <= 1.25 * turns:
+        return
+    rule = f"must be {0.8 * turns:.4g} to {1.25 * turns:.4g}, as the healthy records have: fewer turns leave more noise"
+    refuse(f"{at}.turns", indicators.turns, rule, "Give records of one length")

@@ -40,7 +40,8 @@ class SplitAverage:
 class GearIndicators:
     """Condition indicators of one gear; ``rms`` and ``sideband_index`` in ``unit``, the others [1].
 
-    An indicator is NaN where the part of the signal that it is computed from is zero.
+    An indicator is NaN where the part of the signal that it is computed from is zero. ``turns`` are those that were averaged,
+    where the average has their number.
     """
 
     rms: float
@@ -59,6 +60,7 @@ class GearIndicators:
     samples: int
     unit: str = ""
     name: str = ""
+    turns: int | None = None
 
 
 def _one_turn(average: "SynchronousAverage | Floats", teeth: int) -> tuple[Floats, str, str]:
@@ -237,4 +239,5 @@ def gear_indicators(
         x.size,
         unit,
         name,
+        average.periods if isinstance(average, SynchronousAverage) else None,
     )
