@@ -362,7 +362,7 @@ class Case(Part):
     @property
     def policy(self) -> Policy:
         """Numerical settings of the case: the fields of its run that describe neither the mechanism nor the record."""
-        return Policy(**{name: getattr(self.run, name) for name in Policy.model_fields})
+        return Policy.model_construct(**{name: getattr(self.run, name) for name in Policy.model_fields})
 
     def identity(self) -> dict[str, Any]:
         """Return `resolved` without limits and accepted warnings: the fields that a finished run depends on."""

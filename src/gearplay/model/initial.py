@@ -13,7 +13,6 @@ from gearplay.integrate.switches import make_memory
 from gearplay.kernels.layout import OUT_SIZE, omega_of, theta_of, vx_of, vy_of, x_of, y_of
 from gearplay.model import geometry, matching
 from gearplay.model.pack import Packed
-from gearplay.model.seeds import generators
 from gearplay.model.touch import Touches, gaps_of_mesh, given_rotations, turning_groups
 from gearplay.model.traversal import mesh_order, rotor_order
 from gearplay.parts.rotor.schema import Initial
@@ -103,7 +102,7 @@ def _must_mesh(packed: Packed, meshes: int, y: Floats, memory: Floats) -> None:
 
 def starts_centred(case: "Case") -> bool:
     """Return whether member 0 starts in the exact centre of a clearance: nothing may ever push it from there."""
-    said = any(rotor.initial != Initial() for rotor in case.rotors.values())
+    said = any(rotor.initial != Initial.model_construct() for rotor in case.rotors.values())
     return not said and any((part.clearance() or 0.0) > 0.0 for _, _, part in case.every_holder())
 
 
@@ -258,6 +257,8 @@ class Starts:
 @lru_cache(maxsize=64)
 def _drawn(seed: int, members: tuple[int, ...], held: int, meshes: int, elastic: int) -> tuple[Floats, ...]:
     """Return the random draws of members from (seed, member); cached, since the cases of a sweep have the same members."""
+    from gearplay.model.seeds import generators  # NumPy's generators are loaded where members are drawn
+
     circles, kicks = np.zeros((len(members), 2, held)), np.zeros((len(members), held, 2))
     places, pushes = np.zeros((len(members), meshes)), np.zeros((len(members), elastic, 2))
     for m, generator in enumerate(generators(seed, members)):

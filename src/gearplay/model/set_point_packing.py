@@ -1,12 +1,16 @@
 """Packing of set-points over time: pieces behind the other records, sines behind the other terms."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.mesh_packing import harmonic_rows
-from gearplay.parts.drive.set_points import Piece, SetPoint
+
+if TYPE_CHECKING:
+    from gearplay.parts.drive.set_points import Piece, SetPoint
 
 Floats = NDArray[np.float64]
 

@@ -62,7 +62,8 @@ def _refuse_here(rule: str, cure: str) -> NoReturn:
 class Part(BaseModel):
     """Base of every part of a case: frozen, no unknown fields, finite numbers, no silent conversions.
 
-    A part is built with the whole that it belongs to, or when it is first used on its own.
+    A part's validator is built with that of the whole that it belongs to, or when the part is first used on its own. Defaults
+    that are parts are therefore made without it, by ``model_construct``.
     """
 
     model_config = ConfigDict(
@@ -320,7 +321,8 @@ class Later:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        return handler(self.find().__pydantic_core_schema__)
+        # within definitions, so that the part is one of them
+        return handler(core_schema.definitions_schema(self.find().__pydantic_core_schema__, []))
 
     def read(self, value: Any) -> Part:
         """Return the part, or raise its ``ValidationError``."""

@@ -6,6 +6,8 @@ counter-clockwise one of an external tooth, the clockwise one of a ring's tooth.
 flank, positive where material is missing.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from typing import Final

@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from pydantic import Field, Tag, model_validator
 
-from gearplay.parts.drive.set_points import SetPoint
 from gearplay.parts.drive.terms import Table, Terms, largest_torque
 from gearplay.schema.fields import (
     ByKind,
+    Later,
     Listed,
     Measure,
     Part,
@@ -19,6 +19,22 @@ from gearplay.schema.fields import (
     refuse,
 )
 from gearplay.vocabulary import quantities as q
+
+if TYPE_CHECKING:
+    from gearplay.parts.drive.set_points import SetPoint
+else:
+
+    class SetPoint:
+        """Set-points of few cases: ``SetPoint[Speed]`` imports them, when the first is read."""
+
+        def __class_getitem__(cls, value: Any) -> Any:
+            def find() -> type[Part]:
+                from gearplay.parts.drive import set_points
+
+                return set_points.SetPoint[value]
+
+            return Annotated[Any, Later(find)]
+
 
 Speed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation, counter-clockwise positive")]
 Ramp = Annotated[

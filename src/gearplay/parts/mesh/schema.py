@@ -149,7 +149,7 @@ class Mesh(Part):
     contact: ToothContact = "mesh"
     tip_contact: TipContact = True
     wear: FlankWear | None = Field(default=None, exclude_if=is_absent)
-    damping: Damping = Damping()
+    damping: Damping = Damping.model_construct()
     transmission_error: Annotated[
         tuple[ErrorTerm, ...], Listed(0, 64, "terms of the static transmission error")
     ] = ()

@@ -40,8 +40,8 @@ class Member(Part):
         Weight(q.INERTIA, "polar moment of inertia about the centre; 0 in linear analysis only", ge=0.0),
     ]
     drive: Drive | None = None
-    load: Load = Load()
-    initial: Initial = Initial()
+    load: Load = Load.model_construct()
+    initial: Initial = Initial.model_construct()
     radial_damping: Annotated[float, Measure(q.DAMPING, "viscous damping of the centre's motion", ge=0.0)] = (
         0.0
     )
@@ -87,7 +87,7 @@ class Toothed(Member, Toothing):
     """A sun or a ring."""
 
     teeth: Teeth
-    runout: Runout = Runout()
+    runout: Runout = Runout.model_construct()
 
 
 class Planets(Toothing):
@@ -109,11 +109,11 @@ class Planets(Toothing):
         ]
         | None
     ) = None
-    runout: Runout = Runout()
+    runout: Runout = Runout.model_construct()
     radial_damping: Annotated[
         float, Measure(q.DAMPING, "viscous damping of a planet's motion beside its pin", ge=0.0)
     ] = 0.0
-    load: Load = Load()
+    load: Load = Load.model_construct()
     material: Annotated[Material | None, Field(description="what they are made of")] = None
     temperature: Temperature | None = None
 

@@ -185,7 +185,7 @@ class Gear(Toothing):
 
     teeth: Teeth
     internal: Internal = False
-    runout: Runout = Runout()
+    runout: Runout = Runout.model_construct()
 
 
 def split_name(name: str, rotors: Container[str]) -> tuple[str, str]:

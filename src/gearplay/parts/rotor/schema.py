@@ -77,12 +77,12 @@ class Rotor(Toothing):
         Weight(q.INERTIA, "polar moment of inertia about the centre; 0 in linear analysis only", ge=0.0),
     ]
     drive: Drive | None = None
-    load: Load = Load()
+    load: Load = Load.model_construct()
     position: (
         Annotated[tuple[Coordinate, Coordinate], Listed(2, 2, "nominal centre; from the meshes if not given")]
         | None
     ) = None
-    initial: Initial = Initial()
+    initial: Initial = Initial.model_construct()
     radial_damping: Annotated[
         float,
         Measure(q.DAMPING, "viscous damping of the centre's motion, beside its pin if it is carried", ge=0.0),
@@ -90,7 +90,7 @@ class Rotor(Toothing):
     floating: Annotated[bool, Field(description="true leaves a rotor without a sleeve free in the plane")] = (
         False
     )
-    runout: Runout = Runout()
+    runout: Runout = Runout.model_construct()
     unbalance: Annotated[Unbalance | None, Field(exclude_if=is_absent)] = None
     material: Annotated[Material | None, Field(description="what it is made of", exclude_if=is_absent)] = None
     temperature: Annotated[Temperature | None, Field(exclude_if=is_absent)] = None
