@@ -131,6 +131,33 @@ def test_a_ring_of_a_bearing_of_the_case(part: str) -> None:
 
 
 @pytest.mark.compiled
+@pytest.mark.parametrize("angle", ["2 deg", "8 deg"])
+def test_a_broken_cage__is_not_stated_as_an_outer_ring(angle: str) -> None:
+    """BPFO is the ninth multiple of FTF: the cage comes first, and which of both it is stays open without simulation."""
+    plan = load_dataset_plan("bearing-dents")
+    fault = {"kind": "cage", "at": "pinion", "element": 2, "angle": angle}
+    found = gp.diagnose(taken(plan.case, {"faults": [fault]}, plan.rig), case=plan.case, quick=True)
+    assert found.hypotheses()[0]["name"] == "bearing of pinion, cage"
+    assert not found.told
+    assert any(each["name"] == "FTF" and each["prominence"] > 10.0 for each in found.lines("envelope"))
+    assert (
+        "BPFO is a multiple of FTF: bearing of pinion, outer ring, cannot be ruled out."
+        in found.cannot_be_told
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_broken_cage__agrees_when_it_is_simulated() -> None:
+    plan = load_dataset_plan("bearing-dents")
+    fault = {"kind": "cage", "at": "pinion", "element": 2, "angle": "2 deg"}
+    found = gp.diagnose(
+        taken(plan.case, {"faults": [fault]}, plan.rig), case=plan.case, rig=plan.rig, members=2
+    )
+    assert causes(found) == ["bearing of pinion, cage"]
+
+
+@pytest.mark.compiled
 def test_quick__simulates_nothing() -> None:
     noise = gp.Channel("acc", np.random.default_rng(0).standard_normal(20_000), 10_000.0, "m/s^2")
     found = gp.diagnose(noise, case=PAIR, quick=True)

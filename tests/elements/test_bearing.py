@@ -40,6 +40,11 @@ def bearing(rng: np.random.Generator, *, damped: bool, plain: bool) -> dict[str,
     return found | {"waviness": waves}
 
 
+def shortened(dent: dict[str, Any], closer: bool) -> dict[str, Any]:
+    """Return a dent with room for one of elements that are ``closer`` to each other than even ones."""
+    return {**dent, "arc": 0.3 * dent["arc"]} if closer else dent
+
+
 def dent(rng: np.random.Generator, bearings: dict[str, Any], kind: str) -> dict[str, Any]:
     """Return a random dent of one of the bearings, of any kind where none is given."""
     name = str(rng.choice(list(bearings)))
@@ -56,6 +61,21 @@ def dent(rng: np.random.Generator, bearings: dict[str, Any], kind: str) -> dict[
     return found | ({"element": int(rng.integers(0, count))} if kind == "element" else {})
 
 
+def broken_cage(rng: np.random.Generator, bearings: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return one or two elements of one of the bearings, not neighbours, that the cage holds off their places."""
+    name = str(rng.choice(list(bearings)))
+    each = bearings[name]
+    room = 2.0 * math.pi / each["rolling_elements"]
+    room -= 2.0 * math.asin(each["element_diameter"] / each["pitch_diameter"])
+    first = int(rng.integers(0, each["rolling_elements"]))
+    return [
+        {"kind": "cage", "at": name, "element": element % each["rolling_elements"], "angle": 0.9 * room * off}
+        for element, off in zip(
+            (first, first + 3), rng.uniform(-1.0, 1.0, int(rng.integers(1, 3))).tolist(), strict=False
+        )
+    ]
+
+
 def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False) -> Document:
     """Return a planet in a bearing on a carrier that is in a bearing itself."""
     damping = float(rng.choice([0.0, 20.0])) if damped else 0.0
@@ -69,6 +89,7 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
         "carrier": bearing(rng, damped=damped, plain=plain),
         "planet": {**bearing(rng, damped=damped, plain=plain), "on": "carrier"},
     }
+    cages = broken_cage(rng, bearings) if rng.random() < 0.4 else []
     return {
         "gravity": [0.0, 0.0] if weightless else [float(rng.uniform(-9.0, 9.0)), -9.81],
         "rotors": {
@@ -77,8 +98,11 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
         },
         "bearings": bearings,
         "faults": [
-            dent(rng, bearings, "outer" if plain and rng.random() < 0.5 else "")
-            for _ in range(int(rng.integers(0, 4)))
+            *cages,
+            *(
+                shortened(dent(rng, bearings, "outer" if plain and rng.random() < 0.5 else ""), bool(cages))
+                for _ in range(int(rng.integers(0, 4)))
+            ),
         ],
         "run": {"duration": 0.01, "sampling": 1e4},
     }
@@ -90,7 +114,7 @@ def carried(document: Document, sign: float, angle: float) -> Document:
         name: {"cage_phase": sign * each["cage_phase"] + angle} for name, each in document["bearings"].items()
     }
     faults = [
-        {**each, "angle": sign * each["angle"] + (0.0 if each["kind"] == "element" else angle)}
+        {**each, "angle": sign * each["angle"] + (0.0 if each["kind"] in ("element", "cage") else angle)}
         | ({"element": -each["element"] % count} if sign < 0.0 and "element" in each else {})
         for each in document.get("faults", ())
         for count in [document["bearings"][each["at"]]["rolling_elements"]]
@@ -112,6 +136,8 @@ def potential(packed: Packed, y: Floats) -> float:
         for k in range(int(each.contacts)):
             angle = each.cage_phase + each.share_a * turn_a + each.share_b * turn_b
             angle += 2.0 * math.pi * k / int(each.contacts)
+            if each.pitch_cosine == each.pitch_sine == 0.0:
+                angle += terms[each.dents + 2 * each.dent_count + k, 0]
             depth = e[0] * math.cos(angle) + e[1] * math.sin(angle) - each.half_clearance
             depth += dents(each, terms, k, angle, turn_a, turn_b)
             for first, count, turn in (

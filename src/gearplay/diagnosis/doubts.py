@@ -87,7 +87,11 @@ def _first(machine: Machine, found: Measures, every: Sequence[Hypothesis]) -> li
         f"The lines of {first.name} lie on multiples of a shaft's turn: other sources of these cannot be ruled out."
     ]
     return (on_turn if on_a_turn(machine, found, first) else []) + [
-        f"With slip, {h.name}, has a line at the place of {first.name}: it cannot be ruled out."
+        (
+            f"BPFO is a multiple of FTF: {h.name}, cannot be ruled out."
+            if h.place == first.place and {h.kind, first.kind} == {"cage", "outer"}
+            else f"With slip, {h.name}, has a line at the place of {first.name}: it cannot be ruled out."
+        )
         for h in every[1:]
         if h.kind in PARTS and look_alike(machine, first, h)
     ]

@@ -34,7 +34,11 @@ ABSENCE: Final = 0.65
 BLIND: Final = 0.4
 """Largest confidence of `HEALTHY` where the speed, and with it the gears, stay unknown."""
 ALIKE: Final = 0.6
-"""Largest confidence of a part of a bearing whose lines another part has too, less than a decade weaker, or a shaft's turn."""
+"""Largest confidence of a part of a bearing whose lines another part has too, less than `TWIN` weaker, or a shaft's turn."""
+TWIN: Final = 0.9
+"""Difference of the strengths [decades] of two parts with lines at one place, below which either may be the cause."""
+OF_CAGE: Final = 1.0
+"""Strength of a cage from which lines of the outer ring are taken for its multiples [decades]."""
 SHOCKS: Final = 3.0
 """Kurtosis of the most impulsive band, less that of noise, in every quarter of a record, from which shocks count."""
 APERIODIC: Final = 0.3
@@ -196,6 +200,8 @@ def _explained(machine: Machine, every: list[Hypothesis]) -> list[Hypothesis]:
     lead = max(every, key=lambda h: h.strength, default=None)
     if lead is None or lead.strength <= 0.0:
         return every
+    # BPFO is a multiple of FTF, of which a dented ring shows no other ones.
+    lead = next((h for h in every if h.strength >= OF_CAGE and _holds_lines_of(h, lead)), lead)
     return [h if h is lead else replace(h, strength=h.strength - _share(machine, lead, h)) for h in every]
 
 
@@ -203,14 +209,21 @@ def _share(machine: Machine, lead: Hypothesis, h: Hypothesis) -> float:
     """Return how much of the evidence of a hypothesis the leading one explains [decades]."""
     if lead.kind in PARTS and h.kind in PARTS:
         # Harmonics and sidebands pass lines of the other parts; lines at one place cannot be told apart.
-        return 0.0 if look_alike(machine, lead, h) else 0.7
+        return 0.0 if look_alike(machine, lead, h) and not _holds_lines_of(lead, h) else 0.7
     if {lead.kind, h.kind} == {"tooth", "eccentric"}:
         return 0.5  # an event modulates too, a modulation leaves a difference
     return 0.3 if lead.kind == "rattle" or {lead.kind, h.kind} & {*PARTS} else 0.0
 
 
+def _holds_lines_of(one: Hypothesis, other: Hypothesis) -> bool:
+    """Return whether the multiples of one's frequency hold the other's: BPFO is Z times FTF of the same bearing."""
+    return one.kind == "cage" and other.kind == "outer" and one.place == other.place
+
+
 def look_alike(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
-    """Return whether slip may bring the strongest lines of two parts of bearings to one place."""
+    """Return whether slip may bring the strongest lines of two parts of bearings to one place, or one has them anyway."""
+    if _holds_lines_of(one, other) or _holds_lines_of(other, one):
+        return True
     first, second = (_strongest_line(machine, each) for each in (one, other))
     return any(abs(k * second / first - 1.0) < 1.25 * SLIP for k in (0.5, 1.0, 2.0))
 
@@ -218,7 +231,7 @@ def look_alike(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
 def _has_twin(machine: Machine, one: Hypothesis, every: list[Hypothesis]) -> bool:
     """Return whether another part of a bearing explains the same lines nearly as well."""
     parts = [h for h in every if h.kind in PARTS and h is not one] if one.kind in PARTS else []
-    return any(h.strength > max(0.0, one.strength - 1.0) and look_alike(machine, one, h) for h in parts)
+    return any(h.strength > max(0.0, one.strength - TWIN) and look_alike(machine, one, h) for h in parts)
 
 
 def on_a_turn(machine: Machine, found: Measures, h: Hypothesis) -> bool:

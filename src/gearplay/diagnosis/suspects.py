@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,6 +25,8 @@ ECCENTRICITIES: Final = (0.005, 0.02, 0.06)
 """Eccentricities, of the module."""
 DENTS: Final = (2e-6, 6e-6, 18e-6)
 """Depths of a dent in a bearing [m]."""
+POCKETS: Final = (0.1, 0.3, 0.9)
+"""Distances of an element from its even place in a broken cage, of the free one to its neighbour."""
 WORN: Final = (1.5, 2.0, 3.0)
 """Clearances of a worn machine, of those of the case."""
 MOST_BUSHES: Final = 3
@@ -107,18 +110,25 @@ def _faults(case: Case, machine: Machine, h: Hypothesis, loads: Mapping[str, flo
                 at=gear.name,
                 flank="both",
             )
-    elif h.kind in PARTS and h.kind != "cage":
-        bearing = machine.bearings[h.place]
-        rotor = bearing.rotor
-        if rotor in case.bearings:
+    elif h.kind in PARTS:
+        rotor = machine.bearings[h.place].rotor
+        if rotor in case.bearings and h.kind == "cage":
+            bearing = case.bearings[rotor]
+            room = 2.0 * math.pi / bearing.elements - 2.0 * math.asin(
+                bearing.element_size / bearing.pitch_size
+            )
+            angles = [share * room for share in POCKETS]
+            suspect = made(h.name, "cage", "angle", "offset of an element", angles, at=rotor)
+            yield dataclasses.replace(
+                suspect, sizes=tuple(0.5 * bearing.pitch_size * angle for angle in angles)
+            )
+        elif rotor in case.bearings:
             wide = 12.0 if h.kind == "element" else min(3.0, 0.4 * 360.0 / case.bearings[rotor].elements)
             angle = {"angle": loads.get(rotor, 0.0)} if h.kind == "outer" else {}
             yield made(h.name, h.kind, "depth", "depth", DENTS, at=rotor, arc=math.radians(wide), **angle)
 
 
 def _reason(case: Case, machine: Machine, h: Hypothesis) -> str:
-    if h.kind == "cage":
-        return "the motion of a cage is imposed"
     if h.kind in PARTS:
         return f"the case has no [bearings] table of {machine.bearings[h.place].name}"
     if machine.gears[h.place].shaft is None:

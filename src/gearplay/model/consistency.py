@@ -247,7 +247,15 @@ def _faults_of_parts(parts: Mapping[str, Any]) -> Iterator[Fault]:
                 did_you_mean(fault.at, holders, fault.table.capitalize()),
             )
         elif isinstance(part, Part):
-            for at, rule, cure in fault.misfits(part):
+            others = [
+                other
+                for other in parts["faults"]
+                if isinstance(other, PartFault)
+                and other is not fault
+                and other.table == fault.table
+                and other.at == fault.at
+            ]
+            for at, rule, cure in fault.misfits(part, others):
                 yield Fault(join_path([*path, *map(str, at)]), _read(fault, str(at[0])), rule, cure)
 
 

@@ -1,11 +1,10 @@
 """Registry of the kinds of faults that parts of a case may have: the only list of them."""
 
-from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BeforeValidator, Tag
+from pydantic import Tag
 
-from gearplay.parts.bearing.faults import NO_CAGE, ElementDent, InnerDent, OuterDent
+from gearplay.parts.bearing.faults import CageFault, ElementDent, InnerDent, OuterDent
 from gearplay.parts.mesh.faults import (
     ChipFault,
     CrackFault,
@@ -15,19 +14,13 @@ from gearplay.parts.mesh.faults import (
     SpallFault,
     WearFault,
 )
-from gearplay.schema.fields import ByKind, Problem, refuse
-
-
-def _without_cage(value: Any) -> Any:
-    if isinstance(value, Mapping) and value.get("kind") == "cage":
-        refuse([Problem(("kind",), NO_CAGE, "Choose one of these")])
-    return value
-
+from gearplay.schema.fields import ByKind
 
 AnyFault = Annotated[
     Annotated[InnerDent, Tag("kind:inner")]
     | Annotated[OuterDent, Tag("kind:outer")]
     | Annotated[ElementDent, Tag("kind:element")]
+    | Annotated[CageFault, Tag("kind:cage")]
     | Annotated[CrackFault, Tag("kind:crack")]
     | Annotated[ChipFault, Tag("kind:chip")]
     | Annotated[SpallFault, Tag("kind:spall")]
@@ -39,6 +32,7 @@ AnyFault = Annotated[
         "inner",
         "outer",
         "element",
+        "cage",
         "crack",
         "chip",
         "spall",
@@ -47,5 +41,4 @@ AnyFault = Annotated[
         "wear",
         "eccentricity",
     ),
-    BeforeValidator(_without_cage),
 ]

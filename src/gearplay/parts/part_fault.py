@@ -1,7 +1,7 @@
 """Base of the kinds of faults that parts of a case may have (`gearplay.parts.faults` lists the kinds)."""
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from gearplay.schema.fields import Part, Problem
@@ -19,8 +19,8 @@ class PartFault(Part):
         return parts.get(self.at)
 
     @abstractmethod
-    def misfits(self, part: Any) -> Iterator[Problem]:
-        """Yield faults against the part."""
+    def misfits(self, part: Any, others: "Sequence[PartFault]") -> Iterator[Problem]:
+        """Yield what does not fit the part, or its ``others``."""
 
     @abstractmethod
     def findings(self, path: str, part: Any, speed: float) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from gearplay.parts.assembly import Contact, blank
 from gearplay.parts.bearing import law
 from gearplay.parts.bearing.details import HuntCrossley, Ring, Wave, clearance_of_class
+from gearplay.parts.bearing.faults import Dent, gaps_of, offsets_of
 from gearplay.parts.bearing.geometry import (
     CATALOGUE,
     PassOrders,
@@ -211,9 +212,18 @@ class Bearing(Holder):
     def pack(self, packing: Packing, name: str, damping: float) -> None:
         """Add its element: a contact for each ball or roller."""
         record, rotors, contacts = self._element(packing, name, damping)
-        dents = [dent.rows(self) for dent in packing.faults_of("bearings", name)]
+        faults = packing.faults_of("bearings", name)
+        offsets = offsets_of(faults, self)
+        gaps = gaps_of(offsets)
+        dents = [fault.rows(self, min(gaps)) for fault in faults if isinstance(fault, Dent)]
         slopes = [(abs(rate) / arc * math.pi, depth) for (rate, _, arc), (depth, *_) in dents]
         record.dents, _ = packing.add_terms(row for rows in dents for row in rows)
+        if any(offsets):
+            steps = [offsets[0], *gaps[:-1]]
+            record.pitch_cosine = record.pitch_sine = 0.0
+            packing.add_terms(
+                (offset, math.cos(step), math.sin(step)) for offset, step in zip(offsets, steps, strict=True)
+            )
         record.dent_count = len(dents)
         record.dent_slope = sum(turn * depth for turn, depth in slopes)
         record.dent_bend = sum(turn * turn * depth for turn, depth in slopes)

@@ -1,6 +1,6 @@
 """Faults of gears: cracks, chips, spalls, missing teeth, pitch errors, wear, eccentricity."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -52,7 +52,7 @@ class GearFault(PartFault):
             return found
         return getattr(found, "gears", {}).get(gear)
 
-    def misfits(self, part: Any) -> Iterator[Problem]:
+    def misfits(self, part: Any, others: Sequence[PartFault]) -> Iterator[Problem]:
         """Yield faults against the gear: a tooth that it does not have."""
         if part.teeth is None:
             yield Problem(("at",), "must be a gear", "Name a rotor with teeth, or one of its gears")
@@ -81,9 +81,9 @@ class CrackFault(GearFault):
     ] = 0.7853981633974483
     flank: Flank = "both"
 
-    def misfits(self, part: Any) -> Iterator[Problem]:
+    def misfits(self, part: Any, others: Sequence[PartFault]) -> Iterator[Problem]:
         """Yield faults against the gear, also a ring gear, whose root fillet is not modelled."""
-        yield from super().misfits(part)
+        yield from super().misfits(part, others)
         if part.internal:
             yield Problem(("at",), "must be an external gear", "Name one, or take another kind of fault")
 
@@ -109,9 +109,9 @@ class SpallFault(GearFault):
     end: Height = 0.6
     flank: Flank = "left"
 
-    def misfits(self, part: Any) -> Iterator[Problem]:
+    def misfits(self, part: Any, others: Sequence[PartFault]) -> Iterator[Problem]:
         """Yield faults against the gear, also an end before the start."""
-        yield from super().misfits(part)
+        yield from super().misfits(part, others)
         if self.end <= self.start:
             yield Problem(("end",), f"must be above start, {self.start:g}", "Give the higher one as end")
 

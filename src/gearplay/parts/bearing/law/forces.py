@@ -60,7 +60,7 @@ from gearplay.parts.bearing.law.record import (
     place_element,
     place_seat,
 )
-from gearplay.parts.bearing.law.surface import BY_PLACE, RING_A, RING_B, ROWS, dent_rate
+from gearplay.parts.bearing.law.surface import BY_PLACE, RING_A, RING_B, ROWS, dent_rate, is_uneven
 from gearplay.parts.mount import Mount, seats
 from gearplay.parts.sleeve.force import signed_power
 
@@ -71,7 +71,7 @@ def recurrence_rates(system: System, speeds: Floats, frames: Floats) -> list[flo
     for each in system.records[KIND]:
         frame, carrier = frames[each.rotor], speeds[each.carrier] if each.carrier >= 0 else 0.0
         cage = each.share_a * speeds[each.rotor] + each.share_b * carrier
-        rates.append(abs(cage - frame) * int(each.contacts))
+        rates.append(abs(cage - frame) * (1 if is_uneven(each) else int(each.contacts)))
         orders = [(each.waves_a, each.count_a, speeds[each.rotor]), (each.waves_b, each.count_b, carrier)]
         for first, count, speed in orders:
             rates += [order * abs(speed - frame) for order in system.terms[first : first + count, 0]]
@@ -115,8 +115,7 @@ def press(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Lo
     f_x, f_y, torque_a, torque_b, lost, put_in = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     inside = dents_inside(bearing, branch)
     for at in range(bearing.contacts):
-        if at > 0:
-            next_element(bearing, out)
+        next_element(bearing, system.terms, at, out)
         place_element(system, n, at, inside, out)
         k = bearing.contact + at
         delta, rate = out[DELTA], out[DELTA_RATE]
@@ -203,8 +202,7 @@ def stay_open(
         span = over
         out[C], out[S] = math.cos(out[CAGE]), math.sin(out[CAGE])
         for at in range(bearing.contacts):
-            if at > 0:
-                next_element(bearing, out)
+            next_element(bearing, system.terms, at, out)
             place_element(system, n, at, BY_PLACE, out)
             if turn == 0 and out[DELTA] >= 0.0 and out[DELTA_RATE] > 0.0:
                 return TOUCHES, 0.0

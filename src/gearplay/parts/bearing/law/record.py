@@ -9,7 +9,7 @@ from gearplay.kernels.arrays import Floats
 from gearplay.kernels.carrier_motion import seat_motion
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.layout import PLACES, Signal, System, spin_of, turn_of
-from gearplay.parts.bearing.law.surface import dents, ripples
+from gearplay.parts.bearing.law.surface import dents, is_uneven, ripples, row_of_element
 
 KIND = 8
 PER_CONTACT = 2  # switches: touch, pull
@@ -23,7 +23,7 @@ RECORD = np.dtype(
         ("share_a", "f8"),  # of the rotor's rotation in the cage's
         ("share_b", "f8"),  # of the carrier's rotation
         ("cage_phase", "f8"),  # rad, of element 0 at rotation 0 of both
-        ("pitch_cosine", "f8"),  # of the angle between neighbours
+        ("pitch_cosine", "f8"),  # of the angle between neighbours; both 0 for uneven places (`surface`)
         ("pitch_sine", "f8"),
         ("slope_a", "f8"),  # m, bounds of the waviness of the rotor's ring: sum of order A
         ("bend_a", "f8"),  # m, sum of order^2 A
@@ -90,11 +90,17 @@ def place_seat(system: System, n: int, t: float, y: Floats, out: Floats) -> None
 
 
 @compiled_inline
-def next_element(bearing: Any, out: Floats) -> None:
-    """Turn the direction (c, s) in ``out`` to the next element."""
+def next_element(bearing: Any, terms: Any, k: int, out: Floats) -> None:
+    """Turn the direction (c, s) in ``out``, of the element before or for element 0 of the cage, to element k."""
+    cosine, sine = bearing.pitch_cosine, bearing.pitch_sine
+    if is_uneven(bearing):
+        row = row_of_element(bearing, k)
+        cosine, sine = terms[row, 1], terms[row, 2]
+    elif k == 0:
+        return
     c, s = out[C], out[S]
-    out[C] = c * bearing.pitch_cosine - s * bearing.pitch_sine
-    out[S] = s * bearing.pitch_cosine + c * bearing.pitch_sine
+    out[C] = c * cosine - s * sine
+    out[S] = s * cosine + c * sine
 
 
 @compiled_inline

@@ -45,7 +45,7 @@ from gearplay.parts.bearing.law.record import (
     next_element,
     place_element,
 )
-from gearplay.parts.bearing.law.surface import BY_PLACE, ROWS, dents, ripples
+from gearplay.parts.bearing.law.surface import BY_PLACE, ROWS, dents, element_angle, ripples
 from gearplay.parts.sleeve.force import signed_power
 
 # Columns of a bearing's row of slopes: of force (x, y) and torques (rotor, carrier) by displacement (x, y), velocity (x, y),
@@ -86,8 +86,7 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
     share_a, share_b, whole = bearing.share_a, bearing.share_b, bearing.cage_torque
     inside = dents_inside(bearing, branch)
     for at in range(bearing.contacts):
-        if at > 0:
-            next_element(bearing, out)
+        next_element(bearing, system.terms, at, out)
         if branch.modes[bearing.contact + at] != LOADED:
             continue
         place_element(system, n, at, inside, out)
@@ -149,7 +148,7 @@ def crossing(system: System, n: int, s: int, row: Floats, z: Floats) -> tuple[fl
         rate = system.terms[bearing.dents + ROWS * (s - PER_CONTACT * bearing.contacts), 0]
         return rate * (turn_a - turn_b), rate * (spin_a - spin_b), rate * rolling
     cage, relative = row[KINEMATICS + CAGE], row[KINEMATICS + TURN_A] - row[KINEMATICS + TURN_B]
-    angle = cage + at * (2.0 * math.pi / bearing.contacts)
+    angle = cage + element_angle(bearing, system.terms, at)
     u_x, u_y, t_x, t_y = math.cos(angle), math.sin(angle), -math.sin(angle), math.cos(angle)
     _, slope, bend = ripples(
         bearing, system.terms, at, cage, row[KINEMATICS + TURN_A], row[KINEMATICS + TURN_B]

@@ -1,4 +1,4 @@
-"""Surface of a rolling bearing: waviness of the rings, dents of rings and elements (docs/theory, section 3).
+"""Surface of a rolling bearing: places of the elements, waviness of the rings, dents (docs/theory, section 3).
 
 Rings roll on the elements without slip, so that all of it depends on the relative rotation Delta = theta_rotor - theta_carrier:
 with the shares g_a + g_b = 1 of the cage's rotation an element moves by -g_b Delta on the rotor's ring, by g_a Delta on the
@@ -11,10 +11,33 @@ from typing import Any
 from gearplay.kernels.compiled import compiled_inline
 
 # Two rows of terms for each dent: rate of psi by Delta, psi [rad] at rotation 0 (of element 0 for one of a ring), arc [rad];
-# depth [m], its place below or the number of its element, period [rad] of the passing elements.
+# depth [m], its place below or the number of its element, least angle [rad] between two passages.
 ROWS = 2
 RING_A, RING_B = -1, -2  # of the rotor, of the carrier
+# Then, where a broken cage holds elements off their even places, a row for each: offset [rad], cosine and sine of the angle from
+# the element before, for element 0 from its even place.
 BY_PLACE = -1  # of ``inside``: dents are passed where the state says so
+
+
+@compiled_inline
+def is_uneven(bearing: Any) -> bool:
+    """Return whether elements are off their even places, and have rows of terms: then neighbours have no common angle."""
+    return bool(bearing.pitch_cosine == 0.0 and bearing.pitch_sine == 0.0)
+
+
+@compiled_inline
+def row_of_element(bearing: Any, k: int) -> int:
+    """Return the row of terms of element k, of a bearing with uneven places."""
+    return int(bearing.dents + ROWS * bearing.dent_count + k)
+
+
+@compiled_inline
+def element_angle(bearing: Any, terms: Any, k: int) -> float:
+    """Return the angle of element k from the cage's [rad], that of the even place of element 0."""
+    angle = k * (2.0 * math.pi / bearing.contacts)
+    if is_uneven(bearing):
+        angle += terms[row_of_element(bearing, k), 0]
+    return angle
 
 
 @compiled_inline
@@ -36,7 +59,7 @@ def ripples(
     bearing: Any, terms: Any, k: int, cage: float, turn_a: float, turn_b: float
 ) -> tuple[float, float, float]:
     """Return the waviness of both rings at element k [m] and its first two derivatives by Delta."""
-    angle = cage + k * (2.0 * math.pi / bearing.contacts)
+    angle = cage + element_angle(bearing, terms, k)
     w_a, slope_a, bend_a = waviness(terms, bearing.waves_a, bearing.count_a, angle - turn_a)
     w_b, slope_b, bend_b = waviness(terms, bearing.waves_b, bearing.count_b, angle - turn_b)
     share_a, share_b = bearing.share_a, bearing.share_b
@@ -69,7 +92,7 @@ def dents(
                 continue
             psi = wrapped(psi, period)
         else:
-            psi = wrapped(psi + k * period, 2.0 * math.pi)
+            psi = wrapped(psi + element_angle(bearing, terms, k), 2.0 * math.pi)
         if abs(psi) >= 0.5 * (arc if inside == BY_PLACE else period):
             continue
         if inside != BY_PLACE and (inside >> d) & 1 == 0:
@@ -87,8 +110,13 @@ def dents(
 def beyond_end(bearing: Any, terms: Any, d: int, relative: float) -> float:
     """Return how far [rad] the nearest element is beyond the ends of dent d; negative within."""
     row = bearing.dents + ROWS * d
-    psi = wrapped(terms[row, 0] * relative + terms[row, 1], terms[row + 1, 2])
-    return abs(psi) - 0.5 * terms[row, 2]
+    psi, nearest = terms[row, 0] * relative + terms[row, 1], 2.0 * math.pi
+    if terms[row + 1, 1] >= 0.0 or not is_uneven(bearing):
+        nearest = abs(wrapped(psi, terms[row + 1, 2]))
+    else:
+        for k in range(bearing.contacts):
+            nearest = min(nearest, abs(wrapped(psi + element_angle(bearing, terms, k), 2.0 * math.pi)))
+    return nearest - 0.5 * terms[row, 2]
 
 
 @compiled_inline
