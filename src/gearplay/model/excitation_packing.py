@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model.mesh_packing import harmonic_rows
 from gearplay.model.set_point_packing import SetPoints
 from gearplay.parts.assembly import Assembly, blank
 from gearplay.parts.drive import excitation
-from gearplay.schema.records import cubic_pieces, edges
+from gearplay.schema.records import cubic_pieces, edges, harmonic_rows
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:

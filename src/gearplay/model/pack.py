@@ -9,22 +9,21 @@ from numpy.typing import NDArray
 
 from gearplay.kernels import housing_motion, layout
 from gearplay.kernels.layout import ROTOR, System
-from gearplay.model import geometry, rolling
 from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
-from gearplay.model.massless import refuse_massless
-from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
 from gearplay.model.natural_sizes import natural_sizes
-from gearplay.model.pair_packing import add_pair_signals
 from gearplay.model.position_packing import pack_position_loops
 from gearplay.model.set_point_packing import SetPoints
-from gearplay.model.tooth_deflections import damping_depths
 from gearplay.parts.assembly import Assembly, blank
 from gearplay.parts.drive import servo
 from gearplay.parts.housing import law as housing
+from gearplay.parts.mesh.packing import add_pair_signals, pack_meshes
+from gearplay.parts.mesh.tooth_deflections import damping_depths
+from gearplay.parts.mesh.train import geometry, rolling
+from gearplay.parts.mesh.train.massless import refuse_massless
 from gearplay.parts.protocol import Packing
 from gearplay.parts.registry import EXCITATION, KINDS, MESH, PAIR, POSITIONER
 from gearplay.schema.fields import LARGEST
-from gearplay.schema.records import edges
+from gearplay.schema.records import edges, harmonic_rows
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import InputError
 
@@ -195,7 +194,7 @@ def pack(
     packing = Packing(assembly, case.rotors, rotors, centres, printed, faults=case.faults)
     _pack_holders(case, packing, range(MESH))
     terms, spline, involutes = pack_meshes(
-        case, assembly, rotors, centres, moving, damping_depths(turning), member
+        case, assembly, rotors, centres, moving, damping_depths(turning), (case.run.seed, member)
     )
     packing.terms += np.concatenate([terms, _pack_ripples(case, rotors, len(terms))]).tolist()
     for _, name, joint in case.named_joints():

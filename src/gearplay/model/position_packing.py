@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from gearplay.model import rolling
 from gearplay.model.set_point_packing import SetPoints
 from gearplay.parts.assembly import Assembly, blank
 from gearplay.parts.drive import positioner
 from gearplay.parts.drive.schema import CascadeDrive, PositionDrive
+from gearplay.parts.mesh.train import rolling
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model.mesh_packing import harmonic_rows
 from gearplay.parts.drive.set_points import Piece, SetPoint
+from gearplay.schema.records import harmonic_rows
 
 Floats = NDArray[np.float64]
 

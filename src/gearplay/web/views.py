@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.model.geometry import (
+from gearplay.parts.mesh.train.geometry import (
     carrier_of,
     is_held,
 )

@@ -2,29 +2,30 @@
 
 import cmath
 import math
-from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import geometry
-from gearplay.model.drawn_gears import gear_faults
-from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
-from gearplay.model.pair_packing import more_columns, pack_pairs
-from gearplay.model.tooth_places import tooth_places
 from gearplay.parts.assembly import Assembly, Contact, blank
 from gearplay.parts.mesh import flank, tooth_stiffness
 from gearplay.parts.mesh import geometry as mesh_geometry
 from gearplay.parts.mesh import law as mesh_element
+from gearplay.parts.mesh.drawn_gears import gear_faults
 from gearplay.parts.mesh.faults import EccentricityFault
 from gearplay.parts.mesh.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
+from gearplay.parts.mesh.mesh_stiffness import PackedStiffness, pack_stiffness
+from gearplay.parts.mesh.pairs import observed
+from gearplay.parts.mesh.pairs.packing import more_columns, pack_pairs
+from gearplay.parts.mesh.tooth_places import tooth_places
+from gearplay.parts.mesh.train import geometry
 from gearplay.parts.rotor.schema import place_words
+from gearplay.schema.records import harmonic_rows
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
     from gearplay.parts.mesh.schema import Damping
+    from gearplay.parts.mesh.train.train import Train
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +34,7 @@ PAIR_ORDER = 4.0
 """Order per mesh period that a step resolves where pairs of teeth have contacts of their own."""
 
 
-def damping_maximum(case: "Case", j: int, stiffness: PackedStiffness) -> float:
+def damping_maximum(case: "Train", j: int, stiffness: PackedStiffness) -> float:
     """Return C_m [N s/m] of mesh j; from a ratio zeta: 2 zeta sqrt(k_m m_eq), 1/m_eq = r_b1^2/J_1 + r_b2^2/J_2.
 
     A prescribed rotation counts as an infinite inertia; where both are prescribed their own inertias count. 0 if an inertia
@@ -58,14 +59,14 @@ def _damping_law(damping: "Damping") -> int:
     return flank.RAMP_AS_PRINTED if damping.ramp == "literal" else flank.RAMP_SMOOTH
 
 
-def _mesh_kind(case: "Case") -> int:
+def _mesh_kind(case: "Train") -> int:
     coupled = case.backlash_model == "coupled"
     if case.formulation == "geometric":
         return mesh_geometry.MESH_COUPLED if coupled else mesh_geometry.MESH_UNCOUPLED
     return mesh_geometry.MESH_PRINTED_COUPLED if coupled else mesh_geometry.MESH_PRINTED_UNCOUPLED
 
 
-def _runout(case: "Case", name: str) -> tuple[float, float]:
+def _runout(case: "Train", name: str) -> tuple[float, float]:
     """Return eccentricity [m] and direction [rad] of a gear's toothing, faults included."""
     given = geometry.gear_of(case, name).runout
     faults = [fault for _, fault in gear_faults(case, name) if isinstance(fault, EccentricityFault)]
@@ -75,7 +76,9 @@ def _runout(case: "Case", name: str) -> tuple[float, float]:
     return cmath.polar(sum(cmath.rect(amount, phase) for amount, phase in each))
 
 
-def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, float]], moving: Floats) -> None:
+def _pack_mesh(
+    case: "Train", j: int, m: Any, centres: dict[str, tuple[float, float]], moving: Floats
+) -> None:
     mesh, names = case.meshes[j], list(case.rotors)
     a, b, r_a, r_b = geometry.signed_radii(case, j)
     frame = geometry.mesh_frame(case, j)
@@ -133,21 +136,14 @@ def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, flo
     m.way = 0.5 * m.sigma * forwards * pair.first.transverse_module * cosine
 
 
-def harmonic_rows(rows: Iterable[Sequence[float]]) -> list[list[float]]:
-    """Return (order, amplitude, phase) rows as (order, a cos(phase), a sin(phase)), orders rising."""
-    return [
-        [k, a * math.cos(phase), a * math.sin(phase)] for k, a, phase in sorted(rows, key=lambda row: row[0])
-    ]
-
-
 def pack_meshes(
-    case: "Case",
+    case: "Train",
     assembly: Assembly,
     rotors: Any,
     centres: dict[str, tuple[float, float]],
     moving: Floats,
     depths: Floats,
-    member: int,
+    member: tuple[int, int],
 ) -> tuple[Floats, Floats, Floats]:
     """Add every mesh to a mechanism; return rows of harmonic terms, pieces of splines, and series of involutes by mesh."""
     terms: list[list[float]] = []
@@ -213,3 +209,17 @@ def pack_meshes(
         )
     table = np.array(involutes).reshape(len(case.meshes), SERIES_TERMS)
     return np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table
+
+
+def add_pair_signals(assembly: Assembly) -> None:
+    """Add the elements that show the slots of all meshes with pairs of teeth, named as their contacts."""
+    for number, (m, label) in enumerate(
+        zip(
+            assembly.parts.get(mesh_element.KIND, []), assembly.labels.get(mesh_element.KIND, []), strict=True
+        )
+    ):
+        for k, side in enumerate(("drive", "back")):
+            for slot in range(0 if m.envelope else m.pairs):
+                record = blank(observed.RECORD)
+                record.mesh, record.flank, record.slot = number, k, slot
+                assembly.add(observed, f"{label}:{side}-{slot}", record, [m.a, m.b, m.frame])
