@@ -24,7 +24,7 @@ ROUNDING = 1e-9
 """Phase [rad] that is 0 but for rounding."""
 
 
-def starting_phases(case: "Train", centres: dict[str, tuple[float, float]]) -> list[float]:
+def starting_phases(case: "Train", centres: Mapping[str, tuple[float, float]]) -> list[float]:
     """Return every mesh's phase psi [rad] where nothing has turned yet, within half a turn, shape [mesh].
 
     ``centres`` are the nominal ones [m], before anything expands.
@@ -61,7 +61,7 @@ def meshes_in_turn(case: "Train", reached: Mapping[str, float]) -> Iterator[tupl
         yield left.pop(at), *names[at]
 
 
-def directions(case: "Train", j: int, centres: dict[str, tuple[float, float]]) -> tuple[float, float]:
+def directions(case: "Train", j: int, centres: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
     """Return the direction of mesh j from driver and driven gear [rad]: of an internal pair both on the pinion's side."""
     mesh = case.meshes[j]
     a, b, _, _ = geometry.signed_radii(case, j)

@@ -12,6 +12,7 @@ from gearplay.parts.mesh.pairs.slopes import COLUMNS, LEADING
 from gearplay.parts.mesh.pairs.tooth_rows import steepness, tooth_rows
 from gearplay.parts.mesh.teeth_stiffness import stiffness_over_path
 from gearplay.parts.mesh.train import geometry
+from gearplay.parts.protocol import Packing
 from gearplay.toothing.gear import DrawnGear, inv
 from gearplay.toothing.pair import GearPair
 from gearplay.toothing.path_stiffness import PathStiffness, cubic_places, cubics
@@ -53,22 +54,14 @@ def _half_angles(case: "Train", j: int, pair: GearPair) -> tuple[float, float]:
     return first, second
 
 
-def pack_pairs(
-    case: "Train",
-    j: int,
-    m: Any,
-    numbers: tuple[int, int],
-    spline: list[list[float]],
-    terms: list[list[float]],
-    member: tuple[int, int],
-) -> None:
+def pack_pairs(packing: Packing, j: int, m: Any, numbers: tuple[int, int]) -> None:
     """Fill the fields of mesh j's record for pairs of teeth; add their stiffness to the curves and deviations to the terms.
 
     A mesh with one stiffness has them where its teeth deviate: their envelope acts.
 
-    ``numbers`` are those of driver's and driven tooth at the line of centres where nothing has turned; ``member`` is the
-    seed of the run and the number of the member, by which deviations are drawn.
+    ``numbers`` are those of driver's and driven tooth at the line of centres where nothing has turned.
     """
+    case: Train = packing.train
     mesh = case.meshes[j]
     if mesh.contact != "pairs" and not deviates(case, j):
         return
@@ -99,12 +92,12 @@ def pack_pairs(
         if (relief := given.tip_relief) is not None:
             slope += relief.power * relief.amount / relief.length
             bend += (relief.power - 1.0) * 2.0 * relief.amount / relief.length**2
-        rows = tooth_rows(case, name, pair, found, k, member, spline)
+        rows = tooth_rows(case, name, pair, found, k, packing.member, packing.spline)
         if rows is not None:
-            setattr(m, f"toothing_{ending}", len(terms))
-            setattr(m, f"rows_{ending}", len(rows) // (2 * gear.teeth))
-            terms.extend(rows.tolist())
-            steepest, most_curved = steepness(rows, gear.teeth, spline)
+            first, count = packing.add_terms(rows.tolist())
+            setattr(m, f"toothing_{ending}", first)
+            setattr(m, f"rows_{ending}", count // (2 * gear.teeth))
+            steepest, most_curved = steepness(rows, gear.teeth, packing.spline)
             slope += steepest / width
             bend += most_curved / width**2
     m.deviation_slope, m.deviation_curvature = slope, bend
@@ -112,8 +105,8 @@ def pack_pairs(
         return
     table = single_table(found)
     m.stiffest = float(np.max(found.held(np.linspace(low, high, 401))))
-    m.stiffness_start, m.stiffness_count = len(spline), len(table)
-    spline.extend(table.tolist())
+    m.stiffness_start, m.stiffness_count = len(packing.spline), len(table)
+    packing.spline.extend(table.tolist())
 
 
 def more_columns(m: Any) -> tuple[int, int]:

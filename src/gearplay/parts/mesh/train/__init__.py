@@ -1,1 +1,1 @@
-"""A train: the rotors of a case with the parts that join and hold them, their places, speeds and static loads."""
+"""Train of a case: the places and speeds of its rotors, by the parts that join and hold them."""

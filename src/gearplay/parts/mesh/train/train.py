@@ -24,6 +24,9 @@ class Train(Protocol):
     def joints(self) -> Sequence[Joint]:
         """Other parts that connect rotors."""
 
+    def named_joints(self) -> Iterator[tuple[str, str, Joint]]:
+        """Yield them with their paths and their names in results."""
+
     def holders(self, rotor: str) -> Sequence[Holder]:
         """Return the parts that hold a rotor."""
 
