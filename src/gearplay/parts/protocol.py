@@ -6,15 +6,33 @@ the questions of the kernels). `gearplay.parts.tables` lists the tables and list
 
 from __future__ import annotations
 
+import re
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from gearplay.parts.assembly import Assembly, Floats
 from gearplay.schema.fields import Part
 from gearplay.schema.finding import Finding
+
+SLOT: Final = re.compile(r":\w+-\d+$")
+"""End of the label of a slot."""
+
+
+def slot_of(contact: str, number: int) -> str:
+    """Return the name of a slot of a contact: those that take turns in one, which stands for them in tables and lists."""
+    return f"{contact}-{number}"
+
+
+def without_slots(labels: Iterable[str]) -> tuple[str, ...]:
+    """Return the labels of contacts, ``element:contact``, without those of slots.
+
+    >>> without_slots(["ring-1", "pinion-ring:drive", "pinion-ring:drive-0", "pinion-ring:drive-1"])
+    ('ring-1', 'pinion-ring:drive')
+    """
+    return tuple(label for label in labels if not SLOT.search(label))
 
 
 @dataclass

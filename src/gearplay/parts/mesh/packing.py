@@ -17,7 +17,7 @@ from gearplay.parts.mesh.pairs.packing import more_columns, pack_pairs
 from gearplay.parts.mesh.tooth_deflections import damping_depths
 from gearplay.parts.mesh.tooth_places import tooth_places
 from gearplay.parts.mesh.train import geometry
-from gearplay.parts.protocol import Packing
+from gearplay.parts.protocol import Packing, slot_of
 from gearplay.parts.rotor.schema import place_words
 from gearplay.schema.records import harmonic_rows
 from gearplay.vocabulary.errors import InputError
@@ -174,7 +174,7 @@ def pack_meshes(packing: Packing) -> None:
             Contact("back", yields_to=0 if case.formulation == "as_published" else None),
         ]
         slots = 0 if single else m.pairs
-        flanks += [Contact(f"{side}-{slot}") for side in ("drive", "back") for slot in range(slots)]
+        flanks += [Contact(slot_of(side, slot)) for side in ("drive", "back") for slot in range(slots)]
         modes, slopes = more_columns(m)
         edges = int(k.kind == tooth_stiffness.STIFFNESS_SQUARE)
         slides = int(mesh.friction_coefficient > 0.0)
@@ -207,4 +207,4 @@ def add_pair_signals(packing: Packing) -> None:
             for slot in range(0 if m.envelope else m.pairs):
                 record = blank(observed.RECORD)
                 record.mesh, record.flank, record.slot = number, k, slot
-                assembly.add(observed, f"{label}:{side}-{slot}", record, [m.a, m.b, m.frame])
+                assembly.add(observed, f"{label}:{slot_of(side, slot)}", record, [m.a, m.b, m.frame])
