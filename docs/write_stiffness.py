@@ -3,7 +3,7 @@
 from typing import Any
 
 import gearplay as gp
-from gearplay.model.geometry import installed_pair
+from gearplay.parts.mesh.train.geometry import installed_pair
 from gearplay.toothing.iso6336 import mean_factor, single_stiffness
 from gearplay.toothing.path_stiffness import by_size
 

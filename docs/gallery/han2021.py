@@ -9,9 +9,9 @@ import numpy as np
 from sizes import draw, sized
 
 import gearplay as gp
-from gearplay.model.geometry import jam_ratio
 from gearplay.nonlinear.figures import WAYS
 from gearplay.nonlinear.orbits.figures import branch_marks, draw_branch
+from gearplay.parts.mesh.train.geometry import jam_ratio
 from gearplay.pictures.canvas import SMALL, legend_mark, make_figure, set_legend, set_title, to_png
 from gearplay.pictures.style import COUPLED, UNCOUPLED
 from gearplay.solver.simulate import run_members

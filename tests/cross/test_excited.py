@@ -8,8 +8,8 @@ from cross.comparing import RUN, simulated, worst_difference
 from cross.excited_systems import SEEDS, excited_case
 from cross.reference import Reference
 from gearplay.model.case import Case
-from gearplay.model.geometry import centres
-from gearplay.model.rolling import nominal_speeds
+from gearplay.parts.mesh.train.geometry import centres
+from gearplay.parts.mesh.train.rolling import nominal_speeds
 
 
 @pytest.mark.slow

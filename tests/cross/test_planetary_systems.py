@@ -9,9 +9,9 @@ from cross.comparing import RUN, worst_difference_of_sets
 from cross.planetary_systems import NAME, SEEDS, expanded, phases_of, planetary_case
 from cross.reference import Reference
 from gearplay.model.case import Case
-from gearplay.model.geometry import centres
 from gearplay.model.pack import pack
-from gearplay.model.rolling import nominal_speeds
+from gearplay.parts.mesh.train.geometry import centres
+from gearplay.parts.mesh.train.rolling import nominal_speeds
 
 DURATION = 6e-3  # s
 

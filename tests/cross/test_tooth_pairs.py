@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from building import Document, Floats, Measured, case_of, simulate_one
 from depth import sized
-from gearplay.model.geometry import pair_of
+from gearplay.parts.mesh.train.geometry import pair_of
 from tooth_pairs import document_of
 
 

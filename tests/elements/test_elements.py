@@ -377,7 +377,7 @@ def test_a_mirrored_mechanism_has_mirrored_forces(kind: str) -> None:
 
 def moved(document: Document, packed: Packed, move: Any) -> Document:
     """Return the document with every rotor's centre given and moved."""
-    from gearplay.model.geometry import centres
+    from gearplay.parts.mesh.train.geometry import centres
 
     case = case_of(document)
     return merged(

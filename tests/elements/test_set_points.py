@@ -72,6 +72,21 @@ def test_torque_over_time(name: str, measured: Measured) -> None:
     assert worst < 1e-12
 
 
+def test_torque_over_time__each_drive_has_its_sine() -> None:
+    """The slower sine last: momenta J omega = A (1 - cos(2 pi f t)) / (2 pi f) of both discs."""
+    document = disc(kind="torque", torque=0.0)
+    one, sines = document["rotors"].pop("disc"), {"fast": (1.0, 50.0), "slow": (3.0, 5.0)}
+    for name, (amplitude, frequency) in sines.items():
+        over_time = {"sine": {"amplitude": amplitude, "frequency": frequency}}
+        drive = {"kind": "torque", "torque": 0.0, "over_time": over_time}
+        document["rotors"][name] = {**one, "drive": drive}
+    run = gp.simulate(document)
+    for name, (amplitude, frequency) in sines.items():
+        phase = 2.0 * math.pi * frequency * run.ds["time"].values
+        momentum = amplitude * (1.0 - np.cos(phase)) / (2.0 * math.pi * frequency)
+        assert INERTIA * run.signal("omega", name) == pytest.approx(momentum, abs=1e-12)
+
+
 @pytest.mark.parametrize("name", CURVES)
 def test_speed_over_time(name: str, measured: Measured) -> None:
     """Without an integral J omega = kp (integral of the wanted speed - theta) from rest at theta = 0."""

@@ -11,7 +11,7 @@ import pytest
 import gearplay as gp
 from docs_files import make_drawn_gears
 from gearplay.cli.main import run
-from gearplay.model import geometry
+from gearplay.parts.mesh.train import geometry
 
 ezdxf = pytest.importorskip("ezdxf")
 

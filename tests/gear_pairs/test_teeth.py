@@ -11,8 +11,8 @@ import pytest
 import gearplay as gp
 from docs_files import make_drawn_gears
 from gearplay.cli.main import run
-from gearplay.model import geometry
-from gearplay.model.mesh_stiffness import pack_stiffness
+from gearplay.parts.mesh.mesh_stiffness import pack_stiffness
+from gearplay.parts.mesh.train import geometry
 
 
 @pytest.fixture

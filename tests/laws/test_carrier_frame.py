@@ -9,9 +9,9 @@ import gearplay as gp
 from building import Measured
 from gearplay.model.families import along
 from gearplay.model.pack import pack
-from gearplay.model.rolling import mesh_frequency, nominal_speeds
 from gearplay.nonlinear.orbits.continuation import resonant_value
 from gearplay.nonlinear.orbits.period_map import StrobeMap, common_period
+from gearplay.parts.mesh.train.rolling import mesh_frequency, nominal_speeds
 from gearplay.solver.flow import Flow
 from planetary_sets import planetary_document
 

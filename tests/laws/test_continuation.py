@@ -7,7 +7,7 @@ import pytest
 
 import gearplay as gp
 from building import Measured
-from gearplay.model.rolling import nominal_speeds, starting_speeds
+from gearplay.parts.mesh.train.rolling import nominal_speeds, starting_speeds
 from gearplay.solver.simulate import run_one
 
 RPM = np.pi / 30.0

@@ -24,8 +24,8 @@ from gearplay.integrate import run as kernel
 from gearplay.integrate.trial_step import attempt
 from gearplay.model.check import check_case
 from gearplay.model.pack import pack
-from gearplay.model.tooth_deflections import damping_depths
-from gearplay.model.tooth_loads import tooth_loads
+from gearplay.parts.mesh.tooth_deflections import damping_depths
+from gearplay.parts.mesh.tooth_loads import tooth_loads
 from gearplay.parts.registry import MESH
 
 BASE = 0.002 * math.cos(ALPHA)  # base radius per tooth [m]

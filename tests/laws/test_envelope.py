@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from building import Document, Floats, Measured, case_of, merged, mesh_at, simulate_one
-from gearplay.model.geometry import pair_of
 from gearplay.model.pack import Packed, pack
 from gearplay.parts.mesh.geometry import PSI
 from gearplay.parts.mesh.pairs.overlap import ON_FLANK, pair_overlap
 from gearplay.parts.mesh.tooth_stiffness import mesh_stiffness
+from gearplay.parts.mesh.train.geometry import pair_of
 from gearplay.parts.registry import MESH
 from tooth_pairs import document_of, energy_audit, pairs_at, placed
 

@@ -9,12 +9,12 @@ from scipy.interpolate import CubicSpline, PPoly
 from scipy.optimize import minimize_scalar
 
 from building import Document, Floats, case_of, merged, mesh_at, simulate_one
-from gearplay.model.geometry import pair_of
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import load_case
-from gearplay.model.tooth_rows import profile_pieces, steepness
 from gearplay.parts.mesh.geometry import P_D
 from gearplay.parts.mesh.pairs.overlap import pair_overlap, pair_stiffness, teeth_of_pair
+from gearplay.parts.mesh.pairs.tooth_rows import profile_pieces, steepness
+from gearplay.parts.mesh.train.geometry import pair_of
 from gearplay.parts.registry import MESH
 from gearplay.toothing.cracks import Crack, crack_losses
 from gearplay.toothing.gear import DrawnGear

@@ -11,10 +11,10 @@ from gearplay.integrate import dispatch
 from gearplay.integrate.right_hand_side import make_loads
 from gearplay.integrate.switches import make_branch
 from gearplay.kernels.layout import FORCE, LOADED, PENETRATION, Loads
-from gearplay.model.geometry import pair_of
 from gearplay.model.pack import Packed, pack
 from gearplay.parts.mesh.pairs.friction import SLIDING, sliding_arms
 from gearplay.parts.mesh.pairs.overlap import ON_FLANK, TIP_OF_1, TIP_OF_2
+from gearplay.parts.mesh.train.geometry import pair_of
 from gearplay.parts.registry import MESH
 from gearplay.toothing.load_sharing import static_sharing
 from gearplay.toothing.path_stiffness import path_stiffness

@@ -8,9 +8,9 @@ import pytest
 
 import gearplay as gp
 from building import Measured
-from gearplay.model.geometry import centres
 from gearplay.model.pack import pack
-from gearplay.model.rolling import mesh_frequency, nominal_speeds
+from gearplay.parts.mesh.train.geometry import centres
+from gearplay.parts.mesh.train.rolling import mesh_frequency, nominal_speeds
 from gearplay.solver.flow import Flow
 from gearplay.solver.simulate import run_members
 from gearplay.vocabulary.errors import InputError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from building import ALPHA, Document, case_of, merged, pair_document, simulate_one
-from gearplay.model.geometry import base_radii
+from gearplay.parts.mesh.train.geometry import base_radii
 
 SPRING = {
     "radial_clearance": 0.0,

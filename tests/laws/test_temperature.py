@@ -11,8 +11,8 @@ import pytest
 
 import gearplay as gp
 from building import Document, Measured, case_of, simulate_one
-from gearplay.model import geometry
 from gearplay.model.check import check_case
+from gearplay.parts.mesh.train import geometry
 from gearplay.vocabulary.errors import InputError
 
 ALUMINIUM, STEEL = 23.1e-6, 11.5e-6  # 1/K

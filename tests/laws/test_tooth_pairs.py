@@ -11,10 +11,10 @@ from scipy.optimize import brentq, minimize_scalar
 import gearplay as gp
 from building import Document, Floats, Measured, case_of, merged, simulate_one
 from depth import sized
-from gearplay.model.geometry import pair_of
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import load_case
 from gearplay.parts.mesh.pairs.overlap import ON_FLANK, pair_overlap, stiffness_at
+from gearplay.parts.mesh.train.geometry import pair_of
 from gearplay.parts.registry import MESH
 from gearplay.toothing.gear import DrawnGear
 from gearplay.vocabulary.errors import InputError

@@ -14,8 +14,8 @@ from building import Document, Floats, merged
 from gearplay.cli.main import run
 from gearplay.life.bushes import ANGLES, bush_rates, clearance_of_wear, worn_sleeve
 from gearplay.life.flanks import HEIGHTS, SIDES, added_backlash, flank_rates, wearing_flanks
-from gearplay.model import geometry
 from gearplay.model.case import Case
+from gearplay.parts.mesh.train import geometry
 from gearplay.pictures.canvas import to_png
 from life.pairs import K, wearing_pair
 

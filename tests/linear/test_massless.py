@@ -11,9 +11,9 @@ import gearplay as gp
 from building import Document
 from gearplay.linear.condense import condense
 from gearplay.linear.system import linear_system
-from gearplay.model.mesh_packing import damping_maximum
-from gearplay.model.mesh_stiffness import pack_stiffness
-from gearplay.model.tooth_loads import tooth_loads
+from gearplay.parts.mesh.mesh_stiffness import pack_stiffness
+from gearplay.parts.mesh.packing import damping_maximum
+from gearplay.parts.mesh.tooth_loads import tooth_loads
 
 DISC = {"mass": 1.0, "inertia": 2e-3}
 NODE = {"mass": 0.0, "inertia": 0.0}

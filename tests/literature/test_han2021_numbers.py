@@ -7,11 +7,11 @@ import pytest
 
 from building import case_of, dynamic_backlash, mesh_at, pair_document
 from drawn_pairs import standard
-from gearplay.model.geometry import jam_ratio, pitch_radius, working_distance
-from gearplay.model.mesh_stiffness import iso6336_mesh_stiffness, pack_stiffness
 from gearplay.model.pack import pack
 from gearplay.model.reading import load_case, replace
 from gearplay.parts.mesh.geometry import B_T
+from gearplay.parts.mesh.mesh_stiffness import iso6336_mesh_stiffness, pack_stiffness
+from gearplay.parts.mesh.train.geometry import jam_ratio, pitch_radius, working_distance
 from gearplay.parts.sleeve.contact_laws import hertz_stiffness
 
 STEEL = (206e9, 0.3)

@@ -4,9 +4,9 @@ from typing import Any
 import pytest
 
 from gearplay.model.check import check_case
-from gearplay.model.geometry import amplitude_bound
 from gearplay.model.reading import bundled_names, load_case, replace
-from gearplay.model.rolling import mesh_frequency
+from gearplay.parts.mesh.train.geometry import amplitude_bound
+from gearplay.parts.mesh.train.rolling import mesh_frequency
 
 
 def found(name: str, changes: dict[str, Any] | None = None) -> dict[str, str]:

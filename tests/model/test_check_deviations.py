@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import gearplay as gp
-from gearplay.model.geometry import pair_of
+from gearplay.parts.mesh.train.geometry import pair_of
 from gearplay.toothing.quality import tolerances
 from planetary_sets import planetary_document
 from tooth_pairs import MODULE, TEETH, with_pairs

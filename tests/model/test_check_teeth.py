@@ -7,8 +7,8 @@ import pytest
 
 import gearplay as gp
 from drawn_pairs import standard
-from gearplay.model.geometry import installed_pair
-from gearplay.model.geometry import pair_of as drawn_pair
+from gearplay.parts.mesh.train.geometry import installed_pair
+from gearplay.parts.mesh.train.geometry import pair_of as drawn_pair
 
 
 def pair(z_1: int, z_2: int, *, internal: bool = False, apart: float | None = None) -> gp.Case:

@@ -10,10 +10,10 @@ import pytest
 
 import gearplay as gp
 from gearplay.cli.main import run
-from gearplay.model import geometry
-from gearplay.model.check_pairs import pair_table
-from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.reading import to_toml
+from gearplay.parts.mesh.check_pairs import pair_table
+from gearplay.parts.mesh.mesh_stiffness import pack_stiffness
+from gearplay.parts.mesh.train import geometry
 from gearplay.toothing.cracks import Crack, crack_tip
 
 PART = {"mass": "1 kg", "inertia": "1e-3 kg m^2"}

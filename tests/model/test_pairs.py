@@ -10,8 +10,8 @@ import pytest
 import gearplay as gp
 from drawn_pairs import drawn, standard
 from gearplay.cli.main import run
-from gearplay.model.check_pairs import pair_table
 from gearplay.model.reading import to_toml
+from gearplay.parts.mesh.check_pairs import pair_table
 
 ALPHA = math.radians(20.0)
 PRINTED_REDUCER: dict[str, Any] = {

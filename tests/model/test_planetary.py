@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import gearplay as gp
-from gearplay.model.geometry import pair_of
 from gearplay.model.pack import pack
-from gearplay.model.planetary_frequencies import set_frequencies
 from gearplay.model.reading import to_toml
-from gearplay.model.rolling import nominal_speeds
+from gearplay.parts.mesh.train.geometry import pair_of
+from gearplay.parts.mesh.train.rolling import nominal_speeds
+from gearplay.parts.planetary.frequencies import set_frequencies
 from gearplay.parts.registry import MESH
 from planetary_sets import PART, planetary_document
 

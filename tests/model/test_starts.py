@@ -13,7 +13,7 @@ from gearplay.model.check_start import start_findings
 from gearplay.model.initial import Starts
 from gearplay.model.matching import matching_speeds
 from gearplay.model.pack import pack
-from gearplay.model.rolling import nominal_speeds, starting_speeds
+from gearplay.parts.mesh.train.rolling import nominal_speeds, starting_speeds
 from starting import by_name, depths, expanded, orders, planetary, starts_of, train
 
 SAME = 1e-12  # m, and for speeds of some 50 rad/s their rounding

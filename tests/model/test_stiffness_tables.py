@@ -9,9 +9,9 @@ import pytest
 import gearplay as gp
 from building import Document, Floats, case_of, pair_case, pair_document, simulate_one
 from depth import sized
-from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.pack import Packed, pack
 from gearplay.parts.drive.terms import TorqueTable
+from gearplay.parts.mesh.mesh_stiffness import pack_stiffness
 from gearplay.parts.mesh.tooth_stiffness import mesh_stiffness, stiffness_slope
 from gearplay.parts.registry import MESH
 from gearplay.schema.records import cubic_pieces, extremes

@@ -11,8 +11,8 @@ import pytest
 
 import gearplay as gp
 from gearplay.cli.main import run
-from gearplay.model.rolling import nominal_speeds
 from gearplay.model.toml_files import parse_toml
+from gearplay.parts.mesh.train.rolling import nominal_speeds
 from gearplay.rexs.importing import import_rexs
 from rexs.gearbox_files import DOCS, PLANETARY, TWO_STAGES, WORM, packed, unpacked
 

@@ -26,7 +26,7 @@ def test_events__printed(machine: tuple[int, int, int, int, int]) -> None:
 
 
 def test_events__against_the_characteristic_frequencies_of_a_case() -> None:
-    from gearplay.model.planetary_frequencies import set_frequencies
+    from gearplay.parts.planetary.frequencies import set_frequencies
 
     case = gp.load_case("planetary-reducer")
     table, known = case.planetary["stage"], set_frequencies(case, "stage")

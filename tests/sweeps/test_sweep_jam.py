@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gearplay.model import geometry
 from gearplay.model.reading import load_case, replace
+from gearplay.parts.mesh.train import geometry
 from gearplay.pictures import panels as figure_panels
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.report.drawable import View

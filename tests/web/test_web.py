@@ -13,8 +13,8 @@ from scipy.stats import t
 
 from gearplay.model.bundled import bundled_text
 from gearplay.model.reading import bundled_names, load_case, replace
-from gearplay.model.rolling import mesh_frequency
 from gearplay.model.toml_files import parse_toml
+from gearplay.parts.mesh.train.rolling import mesh_frequency
 from gearplay.pictures.extremes import extremes
 from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.signals.lines import find_line

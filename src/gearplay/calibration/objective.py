@@ -21,7 +21,7 @@ from gearplay.calibration.plan import Condition, Plan, StatisticTarget
 from gearplay.calibration.trials import Problem, Trial
 from gearplay.files.measurements import read_measurement
 from gearplay.files.record import Channel
-from gearplay.model import rolling
+from gearplay.parts.mesh.train import rolling
 from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import ACCELERATION

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from gearplay.calibration.observe import Ensemble, Observed, observe
 from gearplay.calibration.plan import LineTarget, Model, Parameter, Plan, Simulation, to_value
-from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.plan_values import changed, factor, number_in_si, value_at
 from gearplay.model.reading import load_case, replace
+from gearplay.parts.mesh.train import rolling
 from gearplay.rig.instruments import sensor_response
 from gearplay.rig.plan import Accelerometer
 from gearplay.solver.simulate import run_batch

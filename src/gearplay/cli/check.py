@@ -14,8 +14,8 @@ def check(
 ) -> None:
     """Validate a case; list its warnings, ratios and frequencies."""
     from gearplay.model.check import check_case
-    from gearplay.model.check_pairs import pair_table
     from gearplay.model.reading import load_case
+    from gearplay.parts.mesh.check_pairs import pair_table
 
     loaded = load_case(case, changes or ())
     findings = check_case(loaded)

@@ -158,10 +158,10 @@ def machine_of_case(case: Case) -> Machine:
 
     Raises `InputError` for a case without a mesh, or one whose gears stand.
     """
-    from gearplay.model import rolling
-    from gearplay.model.geometry import rotor_of
-    from gearplay.model.mesh_frequencies import mesh_frequencies, rolling_frame
-    from gearplay.model.planetary_frequencies import set_frequencies
+    from gearplay.parts.mesh.frequencies import mesh_frequencies, rolling_frame
+    from gearplay.parts.mesh.train import rolling
+    from gearplay.parts.mesh.train.geometry import rotor_of
+    from gearplay.parts.planetary.frequencies import set_frequencies
 
     if not case.meshes:
         raise InputError.of("case", case.title, "must have a mesh", "Give a case with gears, or the teeth")

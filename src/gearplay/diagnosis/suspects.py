@@ -12,8 +12,8 @@ from gearplay.diagnosis.hypotheses import Hypothesis
 from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.measures import PARTS
 from gearplay.model.case import Case
-from gearplay.model.geometry import full_name, gear_of, pair_of, working_backlash
 from gearplay.model.reading import replace
+from gearplay.parts.mesh.train.geometry import full_name, gear_of, pair_of, working_backlash
 from gearplay.vocabulary.errors import InputError
 
 AS_IT_IS: Final = "the case as it is"

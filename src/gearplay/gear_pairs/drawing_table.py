@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from gearplay.model import geometry
-from gearplay.model.check_pairs import pair_table
+from gearplay.parts.mesh.check_pairs import pair_table
+from gearplay.parts.mesh.train import geometry
 from gearplay.toothing.gear import inv
 
 if TYPE_CHECKING:

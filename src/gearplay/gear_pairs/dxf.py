@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from gearplay.files.atomic import check_new, write_with
-from gearplay.model import geometry
+from gearplay.parts.mesh.train import geometry
 from gearplay.pictures.gears import phases
 from gearplay.results.mechanism import placed
 from gearplay.results.simulate import case_of

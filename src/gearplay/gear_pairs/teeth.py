@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from gearplay.gear_pairs.drawing_table import drawing_rows, gear_tables, pair_values
-from gearplay.model import geometry
-from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.reading import Source
-from gearplay.model.teeth_stiffness import forwards, stiffness_over_path
-from gearplay.model.tooth_loads import tooth_loads
+from gearplay.parts.mesh.mesh_stiffness import pack_stiffness
 from gearplay.parts.mesh.stiffness import TeethStiffness
+from gearplay.parts.mesh.teeth_stiffness import forwards, stiffness_over_path
+from gearplay.parts.mesh.tooth_loads import tooth_loads
+from gearplay.parts.mesh.train import geometry
 from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of

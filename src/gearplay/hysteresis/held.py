@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.linear.time_invariant import Smooth
-from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
 from gearplay.model.wording import did_you_mean
 from gearplay.parts.drive.schema import SpeedDrive
+from gearplay.parts.mesh.train import geometry, rolling
 from gearplay.parts.rotor.schema import Initial, Load
 from gearplay.parts.tables import HOLDERS
 from gearplay.schema.fields import FrozenTable

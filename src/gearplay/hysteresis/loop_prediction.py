@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from gearplay.hysteresis.balance_path import Train
 from gearplay.hysteresis.held import Held
-from gearplay.model import rolling
 from gearplay.model.case import Case
-from gearplay.model.position_packing import loop_of, speed_sensor_of
+from gearplay.parts.drive.position_packing import loop_of, speed_sensor_of
+from gearplay.parts.mesh.train import rolling
 
 Floats = NDArray[np.float64]
 

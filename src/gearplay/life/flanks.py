@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import geometry
-from gearplay.model.drawn_gears import gear_path, mesh_path, tooth_faults
 from gearplay.model.pack import pack
-from gearplay.model.teeth_stiffness import stiffness_over_path
-from gearplay.model.tooth_rows import profile_pieces
+from gearplay.parts.mesh.drawn_gears import gear_path, mesh_path, tooth_faults
 from gearplay.parts.mesh.faults import WearFault
+from gearplay.parts.mesh.pairs.tooth_rows import profile_pieces
+from gearplay.parts.mesh.teeth_stiffness import stiffness_over_path
+from gearplay.parts.mesh.train import geometry
 from gearplay.parts.registry import MESH
 from gearplay.vocabulary.errors import NO_VALUE, InputError
 

@@ -22,7 +22,7 @@ from gearplay.life.flanks import (
     worn_volume,
 )
 from gearplay.life.result import COLUMNS, COORDINATES, Wear, worn
-from gearplay.model import geometry
+from gearplay.parts.mesh.train import geometry
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of, simulate
 from gearplay.vocabulary.errors import NO_VALUE, InputError, SimulationError

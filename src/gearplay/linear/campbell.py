@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from gearplay.linear.kinds import kinds_of
 from gearplay.linear.system import LinearSystem, linear_system
-from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
+from gearplay.parts.mesh.train import geometry, rolling
 from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 

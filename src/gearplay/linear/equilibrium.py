@@ -19,9 +19,9 @@ from gearplay.kernels.layout import OPEN
 from gearplay.linear.balance import balance
 from gearplay.linear.bilateral import act_on_both_sides, bilateral_meshes, linear_bushes
 from gearplay.linear.time_invariant import Smooth
-from gearplay.model import rolling
 from gearplay.model.initial import initial_state
-from gearplay.model.massless import UNITS, field_path
+from gearplay.parts.mesh.train import rolling
+from gearplay.parts.mesh.train.massless import UNITS
 from gearplay.parts.registry import KINDS
 from gearplay.vocabulary.errors import InputError, SimulationError
 
@@ -188,7 +188,7 @@ class Linear:
             "that has mass or is held"
         )
         cure = "Give it one, or a stiffness (a contact is closed by a load, or without a gap)"
-        return InputError.of(field_path(self.smooth.case, name, field), 0.0, rule, cure)
+        return InputError.of(self.smooth.case.field_path(name, field), 0.0, rule, cure)
 
     def rolling_motions(self) -> Floats:
         """Return the motions in which every mesh and coupling rolls and no spring is strained, shape [coordinate, motion].

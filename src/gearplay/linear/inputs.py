@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.linear.system import LinearSystem, places_of
-from gearplay.model import rolling
+from gearplay.parts.mesh.train import rolling
 from gearplay.vocabulary.errors import InputError
 
 Complex = NDArray[np.complex128]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.linear.system import LinearSystem, Shapes
-from gearplay.model import geometry
+from gearplay.parts.mesh.train import geometry
 
 Floats = NDArray[np.float64]
 

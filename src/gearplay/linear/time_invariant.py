@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
-from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.pack import Packed, pack
 from gearplay.parts.drive.schema import (
     CascadeDrive,
@@ -22,8 +20,10 @@ from gearplay.parts.drive.schema import (
     TorqueDrive,
 )
 from gearplay.parts.mesh.faults import GearFault
+from gearplay.parts.mesh.mesh_stiffness import pack_stiffness
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.mesh.stiffness import HarmonicStiffness
+from gearplay.parts.mesh.train import geometry, rolling
 from gearplay.parts.rotor.gear import Runout
 from gearplay.parts.rotor.schema import Load, Rotor
 from gearplay.parts.support.schema import Support

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
 from gearplay.model.consistency import cross_faults
-from gearplay.model.drawn_gears import drawn_faults
 from gearplay.model.expansion import at_temperature
 from gearplay.model.item_names import distinct
-from gearplay.model.members import set_faults, with_members, without_members
 from gearplay.model.policy import (
     DEFAULT_TOLERANCE,
     LIMITS,
@@ -30,7 +28,9 @@ from gearplay.parts.bearing.schema import Bearing
 from gearplay.parts.coupling.schema import Coupling
 from gearplay.parts.environment import Environment
 from gearplay.parts.faults import AnyFault
+from gearplay.parts.mesh.drawn_gears import drawn_faults
 from gearplay.parts.mesh.schema import Mesh
+from gearplay.parts.planetary.expansion import set_faults, with_members, without_members
 from gearplay.parts.protocol import Holder, Joint
 from gearplay.parts.rotor.schema import Rotor
 from gearplay.parts.sleeve.schema import Sleeve
@@ -344,6 +344,13 @@ class Case(Part):
         for table in HOLDERS:
             for rotor, part in getattr(self, table).items():
                 yield table, rotor, part
+
+    def field_path(self, rotor: str, *fields: str) -> str:
+        """Return the path of a field of a rotor, which may be a member of a planetary set."""
+        part, _, member = rotor.partition(".")
+        if part not in self.planetary:
+            return join_path(["rotors", rotor, *fields])
+        return join_path(["planetary", part, "planets" if member.startswith("planet") else member, *fields])
 
     def resolved(self) -> dict[str, Any]:
         """Return every value, defaults included, as a JSON-able dictionary in SI.

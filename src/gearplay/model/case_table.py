@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from gearplay.model import rolling
-from gearplay.model.geometry import toothings, working_backlash, working_distance
+from gearplay.parts.mesh.train import rolling
+from gearplay.parts.mesh.train.geometry import toothings, working_backlash, working_distance
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case

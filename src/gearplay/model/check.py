@@ -6,20 +6,13 @@ import math
 from collections.abc import Iterator
 from typing import Final
 
-from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
-from gearplay.model.check_damping import damping_findings
-from gearplay.model.check_deviations import deviation_findings
 from gearplay.model.check_elements import element_findings
-from gearplay.model.check_pairs import pair_findings
 from gearplay.model.check_run import run_findings
 from gearplay.model.check_start import start_findings
-from gearplay.model.check_teeth import teeth_findings
 from gearplay.model.check_temperature import temperature_findings
 from gearplay.model.expansion import thermal_changes
-from gearplay.model.massless import UNITS, field_path, massless
 from gearplay.model.pack import Packed, pack
-from gearplay.model.planetary_frequencies import SetFrequencies, set_frequencies
 from gearplay.model.reading import Source, load_case
 from gearplay.parts.drive.schema import (
     CascadeDrive,
@@ -30,6 +23,13 @@ from gearplay.parts.drive.schema import (
     TorqueDrive,
 )
 from gearplay.parts.drive.terms import largest_torque
+from gearplay.parts.mesh.check_damping import damping_findings
+from gearplay.parts.mesh.check_deviations import deviation_findings
+from gearplay.parts.mesh.check_pairs import pair_findings
+from gearplay.parts.mesh.check_teeth import teeth_findings
+from gearplay.parts.mesh.train import geometry, rolling
+from gearplay.parts.mesh.train.massless import UNITS, massless
+from gearplay.parts.planetary.frequencies import SetFrequencies, set_frequencies
 from gearplay.parts.rotor.schema import Load, Rotor
 from gearplay.schema.finding import Finding
 from gearplay.toothing.gear import inv
@@ -111,7 +111,7 @@ def _with_accepted(case: Case, found: list[Finding]) -> list[Finding]:
 
 
 def _without_mass(case: Case) -> Iterator[Finding]:
-    for path, field in {field_path(case, name, field): field for name, field in massless(case)}.items():
+    for path, field in {case.field_path(name, field): field for name, field in massless(case)}.items():
         yield Finding(
             "warning",
             path,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from gearplay.model import geometry
-from gearplay.model.rolling import LOOPS, nominal_speeds
+from gearplay.parts.mesh.train import geometry
+from gearplay.parts.mesh.train.rolling import LOOPS, nominal_speeds
 from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:

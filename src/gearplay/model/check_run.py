@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearplay.model import rolling
 from gearplay.parts.drive.schema import ServoDrive, SpeedDrive, TorqueDrive
 from gearplay.parts.drive.terms import largest_torque
+from gearplay.parts.mesh.train import rolling
 from gearplay.parts.rotor.schema import Initial
 from gearplay.schema.finding import Finding
 

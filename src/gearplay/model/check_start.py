@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from gearplay.integrate.switches import make_memory
 from gearplay.kernels.layout import omega_of
-from gearplay.model import geometry, rolling
 from gearplay.model.initial import initial_state
-from gearplay.model.linear_conditions import matrix_of
-from gearplay.model.massless import field_path
 from gearplay.model.matching import matching_speeds
-from gearplay.model.mesh_stiffness import pack_stiffness
 from gearplay.model.touch import gaps_of_mesh
 from gearplay.parts.drive.schema import SpeedDrive
+from gearplay.parts.mesh.mesh_stiffness import pack_stiffness
+from gearplay.parts.mesh.train import geometry, rolling
+from gearplay.parts.mesh.train.linear_conditions import matrix_of
 from gearplay.parts.registry import MESH
 from gearplay.schema.finding import Finding
 from gearplay.vocabulary.errors import join_path
@@ -69,8 +68,8 @@ def _overlap(case: Case, packed: Packed, j: int, y: Floats) -> Iterator[Finding]
         cause, cure = f"meshes.{j}", "Move initial.x, initial.y of its rotors, or raise the backlash."
         why = f"the backlash is {1e6 * b_t:.4g} um where its gears start"
     elif given:
-        cause = field_path(case, given[0], "initial", "theta")
-        paths = " and ".join(field_path(case, name, "initial", "theta") for name in given)
+        cause = case.field_path(given[0], "initial", "theta")
+        paths = " and ".join(case.field_path(name, "initial", "theta") for name in given)
         why = f"{paths} and the prescribed rotations leave no room"
         cure = "Leave one initial.theta out, or change it."
     else:
@@ -128,10 +127,10 @@ def _shock(case: Case, path: str, words: str, rotors: set[str], omega: dict[str,
     train = _train(case, rotors)
     given = [name for name in train if case.rotors[name].initial.omega is not None]
     drives = {n: case.rotors[n].drive for n in train}
-    fields = [field_path(case, n, "initial", "omega") for n in given]
+    fields = [case.field_path(n, "initial", "omega") for n in given]
     fields += [
-        field_path(
-            case, n, "drive", *(["ripple"] if drive.ripple and drive.first_speed != drive.speed else [])
+        case.field_path(
+            n, "drive", *(["ripple"] if drive.ripple and drive.first_speed != drive.speed else [])
         )
         for n, drive in drives.items()
         if isinstance(drive, SpeedDrive)
@@ -157,7 +156,7 @@ def _cure(case: Case, given: list[str]) -> str:
     for name in given:
         matching = matching_speeds(case, nominal, without=name)
         if float(np.max(np.abs(rolls @ matching))) <= 1e-6 * float(np.max(np.abs(matching))):
-            path = field_path(case, name, "initial", "omega")
+            path = case.field_path(name, "initial", "omega")
             return f"Leave {path} out, or give the matching speed, {matching[places[name]]:.6g} rad/s."
     if not given:  # a ripple that does not begin at 0
         return "Give phases with which the ripple is 0 at t = 0, or a transient."

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from gearplay.model import geometry
-from gearplay.model.allowance_range import backlash_range
 from gearplay.model.reading import replace
+from gearplay.parts.mesh.allowance_range import backlash_range
+from gearplay.parts.mesh.train import geometry
 from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from gearplay.model import geometry
+from gearplay.parts.mesh.train import geometry
 from gearplay.parts.protocol import Holder
 from gearplay.parts.tables import HOLDERS
 from gearplay.schema.fields import FrozenTable

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.plan_values import number_in_si
 from gearplay.model.reading import Source, load_case, replace
 from gearplay.parts.drive.schema import TorqueDrive
+from gearplay.parts.mesh.train import rolling
 from gearplay.vocabulary.arguments import Real
 from gearplay.vocabulary.errors import InputError
 

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from gearplay.integrate.starts import HALVINGS, Draws, draw_starts
 from gearplay.integrate.switches import make_memory
 from gearplay.kernels.layout import OUT_SIZE, omega_of, theta_of, vx_of, vy_of, x_of, y_of
-from gearplay.model import geometry, matching
+from gearplay.model import matching
 from gearplay.model.pack import Packed
 from gearplay.model.touch import Touches, gaps_of_mesh, given_rotations, turning_groups
-from gearplay.model.traversal import mesh_order, rotor_order
+from gearplay.parts.mesh.train import geometry
+from gearplay.parts.mesh.train.traversal import mesh_order, rotor_order
 from gearplay.parts.rotor.schema import Initial
 from gearplay.vocabulary.errors import InputError
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import rolling
-from gearplay.model.geometry import carrier_of
-from gearplay.model.linear_conditions import matrix_of, picked, solved_by_rank, vanishing
+from gearplay.parts.mesh.train import rolling
+from gearplay.parts.mesh.train.geometry import carrier_of
+from gearplay.parts.mesh.train.linear_conditions import matrix_of, picked, solved_by_rank, vanishing
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case

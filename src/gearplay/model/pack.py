@@ -1,7 +1,8 @@
 """Packing: from a validated case with full names to records with kernel symbols."""
 
-from collections.abc import Container, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,23 +10,16 @@ from numpy.typing import NDArray
 
 from gearplay.kernels import housing_motion, layout
 from gearplay.kernels.layout import ROTOR, System
-from gearplay.model import geometry, rolling
-from gearplay.model.excitation_packing import pack_excitations, refuse_senseless
-from gearplay.model.massless import refuse_massless
-from gearplay.model.mesh_packing import harmonic_rows, pack_meshes
 from gearplay.model.natural_sizes import natural_sizes
-from gearplay.model.pair_packing import add_pair_signals
-from gearplay.model.position_packing import pack_position_loops
-from gearplay.model.set_point_packing import SetPoints
-from gearplay.model.tooth_deflections import damping_depths
 from gearplay.parts.assembly import Assembly, blank
-from gearplay.parts.drive import servo
-from gearplay.parts.housing import law as housing
+from gearplay.parts.drive.excitation_packing import refuse_senseless
+from gearplay.parts.mesh.involute import SERIES_TERMS
+from gearplay.parts.mesh.train import geometry, rolling
+from gearplay.parts.mesh.train.massless import refuse_massless
+from gearplay.parts.packing import pack_elements
 from gearplay.parts.protocol import Packing
-from gearplay.parts.registry import EXCITATION, KINDS, MESH, PAIR, POSITIONER
-from gearplay.schema.fields import LARGEST
+from gearplay.parts.registry import KINDS
 from gearplay.schema.records import edges
-from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
@@ -57,10 +51,6 @@ class Packed:
     def state_size(self) -> int:
         """Number of states."""
         return int(self.natural.size)
-
-
-NO_LIMIT = LARGEST[q.TORQUE.name]
-"""Torque limit [N m] of a motor, which its voltage limits."""
 
 
 def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
@@ -106,62 +96,6 @@ def _refuse_moving(name: str, start: Any) -> None:
     raise InputError.of(f"rotors.{name}.initial.{axis}", getattr(start, axis), rule, cure)
 
 
-def _pack_servos(case: "Case", assembly: Assembly, rotors: Any, set_points: SetPoints) -> None:
-    for i, (name, given) in enumerate(case.rotors.items()):
-        drive = given.drive
-        if drive is None or (drive.kind != "servo" and drive.kind != "motor"):
-            continue
-        s = blank(servo.RECORD)
-        if drive.kind == "motor":
-            s.rotor, s.gain, s.limit = i, drive.proportional_gain, NO_LIMIT
-            s.lag = drive.inductance / drive.resistance
-            s.speed = (
-                drive.speed if drive.over_time is None else drive.over_time.constant / drive.torque_constant
-            )
-            wave = set_points.add(s, drive.over_time, scale=1.0 / drive.torque_constant)
-            rotors[i].controller = len(assembly.entries)
-            rate = max(wave, 1.0 / s.lag)
-            assembly.add(servo, name, s, [i], always=True, switches=1, states=2, rate=rate)
-            continue
-        s.rotor, s.speed = i, drive.speed if drive.over_time is None else drive.over_time.constant
-        rate = set_points.add(s, drive.over_time)
-        s.gain, s.integral_gain, s.limit = drive.proportional_gain, drive.integral_gain, drive.torque_limit
-        rotors[i].controller = len(assembly.entries)
-        assembly.add(servo, name, s, [i], always=True, switches=1, states=1, rate=rate)
-
-
-def _pack_holders(case: "Case", packing: Packing, kinds: Container[int]) -> None:
-    """Add parts that hold rotors; of a carried rotor the first takes the damping of the centre's motion."""
-    for _, name, part in case.every_holder():
-        if part.kind in kinds:
-            first = part.on is not None and part is case.holders(name)[0]
-            part.pack(packing, name, case.rotors[name].radial_damping if first else 0.0)
-
-
-def _pack_ripples(case: "Case", rotors: Any, start: int) -> Floats:
-    """Note every drive's ripple in its rotor's record; return its rows of terms, which begin at row ``start``."""
-    rows: list[list[float]] = []
-    for r, given in zip(rotors, case.rotors.values(), strict=True):
-        drive = given.drive
-        if drive is None or drive.kind != "speed" or not drive.ripple:
-            continue
-        r.varying, r.ripple_start, r.ripple_count = 1, start + len(rows), len(drive.ripple)
-        rows += harmonic_rows([(float(term.order), term.amplitude, term.phase) for term in drive.ripple])
-        r.ripple_curvature = sum(term.order * term.amplitude for term in drive.ripple) * drive.speed**2
-        r.ripple_rate = max(term.order for term in drive.ripple) * abs(drive.speed)
-    return np.array(rows).reshape(-1, 3)
-
-
-def _pack_prescribed(case: "Case", rotors: Any, set_points: SetPoints) -> None:
-    """Note the prescribed speeds over time in their rotors' records."""
-    for r, given in zip(rotors, case.rotors.values(), strict=True):
-        drive = given.drive
-        if drive is not None and drive.kind == "speed" and drive.over_time is not None:
-            r.varying = 1
-            r.ripple_curvature = drive.over_time.steepest()
-            r.ripple_rate = set_points.add_motion(r, drive.over_time, drive.speed)
-
-
 def pack(
     case: "Case",
     *,
@@ -185,50 +119,38 @@ def pack(
     speeds = rolling.nominal_speeds(case)
     turning = case if turning is None else turning.operating
     moving = rolling.moving_speeds(turning, speeds if turning is case else rolling.nominal_speeds(turning))
-    senses = np.sign(moving)
-    rotors = _pack_rotors(case, speeds, senses)
-    assembly = Assembly(len(rotors))
-    set_points = SetPoints()
-    _pack_servos(case, assembly, rotors, set_points)
-    _pack_prescribed(case, rotors, set_points)
-    printed = case.formulation == "as_published"
-    packing = Packing(assembly, case.rotors, rotors, centres, printed, faults=case.faults)
-    _pack_holders(case, packing, range(MESH))
-    terms, spline, involutes = pack_meshes(
-        case, assembly, rotors, centres, moving, damping_depths(turning), member
-    )
-    packing.terms += np.concatenate([terms, _pack_ripples(case, rotors, len(terms))]).tolist()
-    for _, name, joint in case.named_joints():
-        joint.pack(packing, name)
-    _pack_holders(case, packing, range(MESH, EXCITATION))
+    rotors = _pack_rotors(case, speeds, np.sign(moving))
     base, record = np.zeros(housing_motion.SLOTS), np.zeros((0, 4))
     if case.base is not None:
         from gearplay.parts.housing.schema import Member
 
         whole = case.run.transient + case.run.duration if span is None else span
         base, record = case.base.pack(whole, Member(case.run.seed, member))
-    rows, record, stops = pack_excitations(
-        case, assembly, rotors, senses, len(packing.terms), record, set_points
+    assembly = Assembly(len(rotors))
+    packing = Packing(
+        train=case,
+        turning=turning,
+        assembly=assembly,
+        records=rotors,
+        centres=centres,
+        moving=moving,
+        ratio=partial(rolling.ratio_between, case),
+        member=(case.run.seed, member),
+        record=record,
     )
-    packing.terms += rows.tolist()
-    if case.base is not None:  # an element that shows it
-        assembly.add(housing, "base", blank(housing.RECORD), [0])
-    pack_position_loops(case, assembly, rotors, set_points)
-    _pack_holders(case, packing, range(POSITIONER, PAIR))
-    add_pair_signals(assembly)
-    record = set_points.place(packing.terms, record)
-    gravity = np.array(case.gravity, dtype=np.float64)
+    pack_elements(packing)
+    alone = next(iter(packing.half_backlashes.values()), None)
     system = assembly.system(
         rotors,
         [kind.file.RECORD for kind in KINDS],
         terms=np.array(packing.terms, dtype=np.float64).reshape(-1, 3),
-        involutes=involutes,
-        spline=spline,
-        gravity=gravity,
+        involutes=np.array(packing.involutes, dtype=np.float64).reshape(-1, SERIES_TERMS),
+        spline=np.array(packing.spline, dtype=np.float64).reshape(-1, 5),
+        gravity=np.array(case.gravity, dtype=np.float64),
         base=base,
-        record=record,
+        record=packing.record,
     )
-    stops |= set_points.stops | {float(r.ramp_time) for r in rotors}
+    stops = packing.stops | {float(r.ramp_time) for r in rotors}
     if case.base is not None:
         stops |= edges(float(base[housing_motion.START]), float(base[housing_motion.END]))
     return Packed(
@@ -241,15 +163,6 @@ def pack(
         restart_step=0.1
         / max(1.0, *(r.ripple_rate for r in rotors), base[housing_motion.RATE], assembly.fastest),
         stops=np.array(sorted(stops - {0.0}), dtype=np.float64),
-        half_backlashes=_half_backlashes(case),
+        half_backlashes=packing.half_backlashes
+        | ({} if alone is None or case.torsional_pair is None else {"x": alone}),
     )
-
-
-def _half_backlashes(case: "Case") -> dict[str, tuple[str, float]]:
-    found = {
-        f"{mesh.label}.x": (f"{mesh.label}.drive_penetration", 0.5 * backlash)
-        for j, mesh in enumerate(case.meshes)
-        if (backlash := geometry.working_backlash(case, j)) > 0.0
-    }
-    alone = next(iter(found.values()), None)
-    return found | ({"x": alone} if case.torsional_pair is not None and alone is not None else {})

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from gearplay.integrate.starts import MOST_TURNS, ROUNDING, Tree, turn_tree
 from gearplay.kernels.layout import OUT_SIZE, theta_of
-from gearplay.model import geometry
 from gearplay.model.bounded_gaps import nearest_gaps
-from gearplay.model.traversal import mesh_order, rotor_order
 from gearplay.parts.mesh.geometry import B_T, P_D, gaps_at
+from gearplay.parts.mesh.train import geometry
+from gearplay.parts.mesh.train.traversal import mesh_order, rotor_order
 from gearplay.parts.registry import MESH
 
 if TYPE_CHECKING:

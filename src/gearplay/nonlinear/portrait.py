@@ -10,12 +10,12 @@ import numpy as np
 
 from gearplay.model.initial import usual_member
 from gearplay.model.reading import Source
-from gearplay.model.rolling import mesh_frequency, nominal_speeds
 from gearplay.nonlinear.orbits.period_map import section_period
 from gearplay.nonlinear.sections import Section, impacts, section
+from gearplay.parts.mesh.train.rolling import mesh_frequency, nominal_speeds
+from gearplay.parts.protocol import without_slots
 from gearplay.results.base import OfDataset
 from gearplay.results.choice import cut, free_rotors, moves
-from gearplay.results.contacts import without_slots
 from gearplay.results.mechanism import motion_of
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.results.result import Result

@@ -12,10 +12,10 @@ from gearplay.model.case import Case
 from gearplay.model.initial import usual_member
 from gearplay.model.reading import Source
 from gearplay.nonlinear.orbits.period_map import section_period
+from gearplay.parts.protocol import without_slots
 from gearplay.pictures.style import COUPLED, new_axes
 from gearplay.pictures.words import plain, shown_in
 from gearplay.results.base import AnalysisResult, case_in, check_kind
-from gearplay.results.contacts import without_slots
 from gearplay.results.provenance import provenance, signal_words
 from gearplay.results.simulate import case_of
 from gearplay.solver.flow import Flow

@@ -6,53 +6,103 @@ the questions of the kernels). `gearplay.parts.tables` lists the tables and list
 
 from __future__ import annotations
 
+import re
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
-from gearplay.parts.assembly import Assembly
-from gearplay.parts.part_fault import PartFault
-from gearplay.parts.rotor.schema import Rotor
+from gearplay.parts.assembly import Assembly, Floats
 from gearplay.schema.fields import Part
 from gearplay.schema.finding import Finding
+
+SLOT: Final = re.compile(r":\w+-\d+$")
+"""End of the label of a slot."""
+
+
+def slot_of(contact: str, number: int) -> str:
+    """Return the name of a slot of a contact: those that take turns in one, which stands for them in tables and lists."""
+    return f"{contact}-{number}"
+
+
+def without_slots(labels: Iterable[str]) -> tuple[str, ...]:
+    """Return the labels of contacts, ``element:contact``, without those of slots.
+
+    >>> without_slots(["ring-1", "pinion-ring:drive", "pinion-ring:drive-0", "pinion-ring:drive-1"])
+    ('ring-1', 'pinion-ring:drive')
+    """
+    return tuple(label for label in labels if not SLOT.search(label))
 
 
 @dataclass
 class Packing:
-    """A mechanism being packed: its elements so far, and its rotors, which parts are added to.
+    """A mechanism being packed: its elements so far, which parts are added to, and the train that they are parts of.
 
     Parameters
     ----------
+    train
+        The case, as `gearplay.parts.mesh.train.train.Train`.
+    turning
+        The case whose motion determines which flanks drive and how deep teeth are pressed.
     assembly
         Elements, in the order of their kinds.
-    bodies
-        Rotors by name, in the order of the state.
     records
-        Their packed records, in the same order.
+        Packed records of the rotors, in the order of the state.
     centres
         Nominal centres [m], by rotor.
-    as_published
-        Whether the equations are those of Han et al. 2021 as printed.
+    moving
+        Speeds of the rotors in their senses of rotation [rad/s], shape [rotor].
+    ratio
+        Function of two rotors: turns of the second per turn of the first.
+    member
+        Seed of the run and number of the member, by which anything random is drawn.
+    record
+        Rows of four coefficients: pieces of the motion of the housing, then of tables and set-points over time.
     terms
         Rows of three numbers that records refer to by the number of their first row.
-    faults
-        Faults of the parts.
+    spline
+        Rows of five numbers, start and coefficients of cubic pieces, in the same way.
+    involutes
+        Series of the involute, one by mesh.
+    half_backlashes
+        By a signal in half backlashes: the signal that it is, and half the backlash [m].
+    stops
+        Times [s] where the right-hand side jumps.
+    later
+        What is to be called once all elements are there.
 
     """
 
+    train: Any
+    turning: Any
     assembly: Assembly
-    bodies: Mapping[str, Rotor]
     records: Sequence[Any]
     centres: Mapping[str, tuple[float, float]]
-    as_published: bool
+    moving: Floats
+    ratio: Callable[[str, str], float]
+    member: tuple[int, int]
+    record: Floats
     terms: list[Sequence[float]] = field(default_factory=list)
-    faults: Sequence[PartFault] = ()
+    spline: list[list[float]] = field(default_factory=list)
+    involutes: list[Floats] = field(default_factory=list)
+    half_backlashes: dict[str, tuple[str, float]] = field(default_factory=dict)
+    stops: set[float] = field(default_factory=set)
+    later: list[Callable[[], None]] = field(default_factory=list)
+
+    @property
+    def bodies(self) -> Mapping[str, Any]:
+        """Rotors by name, in the order of the state."""
+        return self.train.rotors
+
+    @property
+    def as_published(self) -> bool:
+        """Whether the equations are those of Han et al. 2021 as printed."""
+        return bool(self.train.formulation == "as_published")
 
     def faults_of(self, table: str, name: str) -> list[Any]:
         """Return the faults of the part of a name in a table of the case."""
-        return [fault for fault in self.faults if fault.table == table and fault.at == name]
+        return [fault for fault in self.train.faults if fault.table == table and fault.at == name]
 
     def add_terms(self, rows: Iterable[Sequence[float]]) -> tuple[int, int]:
         """Add rows of terms; return the number of the first and how many there are."""

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from gearplay.kernels.layout import FORCE
 from gearplay.linear.system import linear_system
-from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.parts.mesh.law.record import BACK, DRIVE
+from gearplay.parts.mesh.train import geometry
 from gearplay.parts.planetary.members import PinError
 from gearplay.parts.planetary.names import MEMBERS
 from gearplay.parts.registry import MESH

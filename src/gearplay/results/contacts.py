@@ -1,14 +1,13 @@
 """Table of the contacts of a run or an ensemble."""
 
-import re
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.parts.protocol import without_slots
 from gearplay.solver.trajectory import Trajectory
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
 
@@ -18,19 +17,8 @@ SHOWN = (*RATES, "mean_impact_speed", "peak_force")
 """Statistics in short tables."""
 ANGULAR = {"m/s": ("mrad/s", 1e3), "N": ("N m", 1.0), "m": ("mrad", 1e3)}
 """Display units and factors of contacts between rotations, by the unit that others have."""
-PAIR_OF_TEETH: Final = re.compile(r":(drive|back)-\d+$")
-"""Label of a contact of single pairs of teeth, those that take one slot of a flank in turn."""
 LARGEST = ("max_impact_speed", "peak_force", "max_penetration")
 """Statistics of which an ensemble has the largest of its members'; of the others it has means over time or impacts."""
-
-
-def without_slots(labels: Iterable[str]) -> tuple[str, ...]:
-    """Return the labels of contacts without those of single pairs of teeth, for which their flank stands.
-
-    >>> without_slots(["ring", "pinion-ring:drive", "pinion-ring:drive-0", "pinion-ring:drive-1"])
-    ('ring', 'pinion-ring:drive')
-    """
-    return tuple(label for label in labels if not PAIR_OF_TEETH.search(label))
 
 
 @dataclass(frozen=True)
@@ -111,11 +99,12 @@ def contact_table(
 
 
 def contacts_of(runs: Sequence[Trajectory]) -> ContactTable:
-    """Return the table of all members' contacts; of single pairs of teeth that of their flank stands for them."""
+    """Return the table of all members' contacts, without slots."""
     first = runs[0].statistics
-    shown = [k for k, label in enumerate(first.labels) if not PAIR_OF_TEETH.search(label)]
+    labels = without_slots(first.labels)
+    shown = np.isin(first.labels, labels)
     each = {
         name: np.array([getattr(run.statistics, name)[shown] for run in runs]) for name in CONTACT_STATISTICS
     }
     spans = np.array([run.reached - run.first_sample for run in runs])
-    return contact_table([first.labels[k] for k in shown], each, spans, first.angular[shown])
+    return contact_table(labels, each, spans, first.angular[shown])

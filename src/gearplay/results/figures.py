@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model.geometry import carrier_of
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.parts.mesh.train.geometry import carrier_of
 from gearplay.pictures.canvas import SMALL, make_figure, set_title
 from gearplay.pictures.extremes import extremes
 from gearplay.pictures.style import (

@@ -3,8 +3,8 @@
 import math
 
 from gearplay.model.case import Case
-from gearplay.model.planetary_frequencies import set_frequencies
-from gearplay.model.rolling import mesh_frequency, nominal_speeds
+from gearplay.parts.mesh.train.rolling import mesh_frequency, nominal_speeds
+from gearplay.parts.planetary.frequencies import set_frequencies
 
 MOST_HARMONICS = 12
 

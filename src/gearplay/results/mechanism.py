@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.model.geometry import (
+from gearplay.model.pack import pack
+from gearplay.parts.mesh.train.geometry import (
     carrier_of,
     centres,
     full_name,
@@ -19,8 +20,7 @@ from gearplay.model.geometry import (
     pair_of,
     toothings,
 )
-from gearplay.model.pack import pack
-from gearplay.model.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
+from gearplay.parts.mesh.train.rolling import mesh_frequency, nominal_speeds, rolling_ratios, senses
 from gearplay.parts.protocol import Holder
 from gearplay.parts.registry import KINDS
 from gearplay.pictures.planes import apart

@@ -10,11 +10,11 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import geometry, rolling
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
 from gearplay.model.pack import Packed
-from gearplay.model.traversal import rotor_order
+from gearplay.parts.mesh.train import geometry, rolling
+from gearplay.parts.mesh.train.traversal import rotor_order
 from gearplay.pictures.words import significant
 from gearplay.results.contacts import ContactTable, contacts_of
 from gearplay.solver.trajectory import Trajectory, all_columns

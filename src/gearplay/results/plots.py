@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gearplay.model.geometry import carrier_of
 from gearplay.model.variables import RESULT_VARIABLES
+from gearplay.parts.mesh.train.geometry import carrier_of
 from gearplay.pictures.canvas import SMALL, set_title
 from gearplay.pictures.style import new_axes
 from gearplay.results.choice import free_rotors, time_window

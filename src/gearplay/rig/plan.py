@@ -15,10 +15,10 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
-from gearplay.model import geometry
 from gearplay.model.case import Case
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
 from gearplay.model.wording import did_you_mean, translate
+from gearplay.parts.mesh.train import geometry
 from gearplay.rig.housing_paths import HousingPath, with_files
 from gearplay.schema.fields import (
     Counted,

@@ -1,6 +1,7 @@
-"""Equidistant records as cubic pieces, the format of the kernels, and the extremes of the pieces."""
+"""Records in the format of the kernels: equidistant ones as cubic pieces, their extremes, harmonic terms."""
 
 import math
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,3 +52,10 @@ def edges(start: float, end: float) -> set[float]:
     """
     around = {math.nextafter(start, 0.0), start, end, math.nextafter(end, math.inf)}
     return {t for t in around if math.isfinite(t)}
+
+
+def harmonic_rows(rows: Iterable[Sequence[float]]) -> list[list[float]]:
+    """Return (order, amplitude, phase) rows as (order, a cos(phase), a sin(phase)), orders rising."""
+    return [
+        [k, a * math.cos(phase), a * math.sin(phase)] for k, a, phase in sorted(rows, key=lambda row: row[0])
+    ]

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from gearplay.integrate.stepping import ANGLE_INPUT, DRIVE_INPUT, LOAD_INPUT, SPEED_INPUT, Held, make_held
 from gearplay.kernels.layout import System
-from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
+from gearplay.parts.mesh.train import rolling
 from gearplay.parts.registry import POSITIONER, SERVO
 from gearplay.solver.trajectory import Column, choose_columns
 from gearplay.vocabulary.errors import Fault, InputError

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.model.geometry import rotor_of
 from gearplay.model.pack import pack
-from gearplay.results.contacts import without_slots
+from gearplay.parts.mesh.train.geometry import rotor_of
+from gearplay.parts.protocol import without_slots
 from gearplay.results.spectra import student_widening
 from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.progress import Tick

@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.model.geometry import (
+from gearplay.model.pack import pack
+from gearplay.parts.mesh.train.geometry import (
     carrier_of,
     is_held,
 )
-from gearplay.model.pack import pack
+from gearplay.parts.protocol import without_slots
 from gearplay.pictures.extremes import extremes, thinned_path
-from gearplay.results.contacts import contacts_of, without_slots
+from gearplay.results.contacts import contacts_of
 from gearplay.results.mechanism import frames_of, orbit_of
 from gearplay.results.output_shaft import shaft_of_runs
 from gearplay.results.spectra import ensemble_spectrum, student_widening
@@ -86,7 +87,7 @@ def _histories(run: Trajectory, time: Floats) -> list[dict[str, Any]]:
 
 
 def _strip(run: Trajectory) -> list[dict[str, Any]]:
-    """Return when each contact was closed, of pairs of teeth their flank: pairs of times [s], shape [interval, 2]."""
+    """Return when each contact was closed, without slots: pairs of times [s], shape [interval, 2]."""
     found = []
     log = run.log.reshape(-1, 4)
     for label in without_slots(run.statistics.labels):

@@ -17,7 +17,7 @@ from gearplay.kernels.layout import PENETRATION
 from gearplay.model.families import Family
 from gearplay.nonlinear.orbits.period_map import Image, Member, StrobeMap, excitation_rates
 from gearplay.nonlinear.orbits.sampled import sample_time
-from gearplay.results.contacts import without_slots
+from gearplay.parts.protocol import without_slots
 from gearplay.solver.flow import Flow
 from gearplay.vocabulary.errors import InputError, SimulationError
 

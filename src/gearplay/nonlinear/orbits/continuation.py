@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.families import Family, Varied, along
 from gearplay.model.pack import pack
@@ -17,6 +16,7 @@ from gearplay.nonlinear.orbits.period_map import StrobeMap, sharp
 from gearplay.nonlinear.orbits.results import Branches, OneBranch, PeriodicOrbit
 from gearplay.nonlinear.orbits.sampled import sample_time, sampled_orbit
 from gearplay.nonlinear.orbits.shooting import find_orbit
+from gearplay.parts.mesh.train import rolling
 from gearplay.results.simulate import case_of
 from gearplay.solver.deadline import limited
 from gearplay.solver.integration import refuse_fixed_steps

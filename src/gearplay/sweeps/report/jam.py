@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import BarycentricInterpolator
 from scipy.optimize import brentq
 
-from gearplay.model import geometry
 from gearplay.model.reading import replace
+from gearplay.parts.mesh.train import geometry
 from gearplay.parts.rotor.gear import Toothing
 from gearplay.sweeps.running.evaluate import Sweep
 from gearplay.vocabulary.errors import InputError

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import rolling
 from gearplay.model.reading import replace
+from gearplay.parts.mesh.train import rolling
 from gearplay.pictures.canvas import PALETTE, SMALL, TEXT, WIDTH, legend_mark, make_figure
 from gearplay.pictures.extremes import extremes
 from gearplay.pictures.panels import finished, label_axis, scale_ordinate, title_panel

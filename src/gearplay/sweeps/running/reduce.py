@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.record import Channel
-from gearplay.model import rolling
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed, pack
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.results.contacts import without_slots
+from gearplay.parts.mesh.train import rolling
+from gearplay.parts.protocol import without_slots
 from gearplay.results.output_shaft import OutputShaft, input_of, output_of, shaft_of_runs, wanted_of
 from gearplay.results.spectra import Spectrum, amplitude_spectrum
 from gearplay.signals.checks import check_channel

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import geometry, rolling
-from gearplay.model.linear_conditions import solved_by_rank
+from gearplay.parts.mesh.train import geometry, rolling
+from gearplay.parts.mesh.train.linear_conditions import solved_by_rank
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 Floats = NDArray[np.float64]
 
 
-def _torques(case: "Case") -> Floats:
+def _torques(case: "Train") -> Floats:
     """Return the constant torque [N m] on every rotor at its nominal speed, shape [rotor]; terms and tables left out."""
     speeds = rolling.nominal_speeds(case)
     senses = np.sign(rolling.moving_speeds(case, speeds))
@@ -28,7 +28,7 @@ def _torques(case: "Case") -> Floats:
     return torques
 
 
-def tooth_loads(case: "Case") -> Floats:
+def tooth_loads(case: "Train") -> Floats:
     """Return the steady force [N] along the line of action of every mesh, shape [mesh]; 0 without a load.
 
     The train rolls rigidly under its constant torques: with the conditions A alpha = 0 of rolling the accelerations minimise

@@ -6,11 +6,10 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from gearplay.model import geometry
-from gearplay.model.massless import field_path
 from gearplay.parts.mesh.faults import ChipFault, CrackFault, GearFault, SpallFault, WearFault
 from gearplay.parts.mesh.schema import PlanetMesh
 from gearplay.parts.mesh.stiffness import TeethStiffness
+from gearplay.parts.mesh.train import geometry
 from gearplay.toothing.allowances import distance_allowance
 from gearplay.toothing.cracks import Crack, crack_tip
 from gearplay.toothing.gear import DrawnGear, full_tip_radius
@@ -18,37 +17,37 @@ from gearplay.toothing.pair import GearPair
 from gearplay.vocabulary.errors import NO_VALUE, Fault
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
     from gearplay.parts.rotor.gear import Toothing
 
 SAME = 1e-9
 """Difference of helix angles [rad] that is rounding."""
 
 
-def mesh_path(case: Case, j: int, *fields: str) -> str:
+def mesh_path(case: Train, j: int, *fields: str) -> str:
     """Return the path of a field of a mesh, which may be one of a planetary set."""
     mesh = case.meshes[j]
     table = f"planetary.{mesh.driver.partition('.')[0]}" if isinstance(mesh, PlanetMesh) else f"meshes.{j}"
     return ".".join([table, *fields])
 
 
-def drawn_faults(case: Case) -> list[Fault]:
+def drawn_faults(case: Train) -> list[Fault]:
     """Return the faults of the gears of a case whose parts are valid, each once."""
     found = [fault for j in range(len(case.meshes)) for fault in _mesh_faults(case, j)]
     found += _lost_faults(case)
     return list({(fault.path, fault.rule): fault for fault in found}.values())
 
 
-def gear_path(case: Case, name: str, *fields: str) -> str:
+def gear_path(case: Train, name: str, *fields: str) -> str:
     """Return the path of a field of a gear, which may be one of several of a rotor or a member of a planetary set."""
     rotor = geometry.rotor_of(case, name)
     full = geometry.full_name(case, name)
-    return field_path(
-        case, rotor, *(["gears", full.removeprefix(f"{rotor}.")] if full != rotor else []), *fields
+    return case.field_path(
+        rotor, *(["gears", full.removeprefix(f"{rotor}.")] if full != rotor else []), *fields
     )
 
 
-def _mesh_faults(case: Case, j: int) -> Iterator[Fault]:
+def _mesh_faults(case: Train, j: int) -> Iterator[Fault]:
     mesh = case.meshes[j]
     given = {name: geometry.gear_of(case, name) for name in (mesh.driver, mesh.driven)}
     is_drawn = mesh.center_distance is not None or any(gear.drawn for gear in given.values())
@@ -73,7 +72,7 @@ def _mesh_faults(case: Case, j: int) -> Iterator[Fault]:
     yield from faults or [*_distance_faults(case, j), *_tooth_fault_faults(case, j, given)]
 
 
-def _gear_faults(case: Case, j: int, name: str, gear: Toothing) -> Iterator[Fault]:
+def _gear_faults(case: Train, j: int, name: str, gear: Toothing) -> Iterator[Fault]:
     mesh = case.meshes[j]
     teeth, internal = geometry.teeth_of(case, name), geometry.gear_of(case, name).internal
     if math.isnan(gear.thickness_change(mesh.module, mesh.pressure_angle, teeth, 1.0)[0]):
@@ -99,7 +98,7 @@ def _gear_faults(case: Case, j: int, name: str, gear: Toothing) -> Iterator[Faul
         yield Fault(gear_path(case, name, field), NO_VALUE, rule, "Check the number and its unit")
 
 
-def _circle_faults(case: Case, name: str, gear: Toothing, drawn: DrawnGear) -> Iterator[Fault]:
+def _circle_faults(case: Train, name: str, gear: Toothing, drawn: DrawnGear) -> Iterator[Fault]:
     """Refuse tip circles within root circles or, of external gears, within base circles; bores that cut into the teeth."""
     field = "tip_diameter" if gear.tip_diameter is not None else "addendum"
     path = gear_path(case, name, field)
@@ -123,7 +122,7 @@ def _circle_faults(case: Case, name: str, gear: Toothing, drawn: DrawnGear) -> I
         yield Fault(gear_path(case, name, "bore"), f"{1e3 * drawn.bore:.6g} mm", rule, "Check both")
 
 
-def _stiffness_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
+def _stiffness_faults(case: Train, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
     mesh = case.meshes[j]
     if not isinstance(mesh.stiffness, TeethStiffness):
         return
@@ -150,7 +149,7 @@ def _stiffness_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iter
             yield Fault(mesh_path(case, j, "stiffness", "method"), "potential-energy", rule, cure)
 
 
-def _pair_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
+def _pair_faults(case: Train, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
     """Refuse what pairs of teeth do not have, and deviations that a mesh cannot follow."""
     mesh = case.meshes[j]
     if mesh.contact == "pairs":
@@ -190,7 +189,7 @@ def _pair_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[
                 )
 
 
-def _tooth_fault_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
+def _tooth_fault_faults(case: Train, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
     """Refuse faults of teeth that a mesh cannot follow, and cracks beyond the middle of a tooth."""
     mesh = case.meshes[j]
     for name, gear in given.items():
@@ -220,7 +219,7 @@ def _tooth_fault_faults(case: Case, j: int, given: Mapping[str, Toothing]) -> It
                     yield Fault(f"faults.{index}.depth", f"{1e3 * fault.depth:.6g} mm", rule, cure)
 
 
-def gear_faults(case: Case, name: str) -> list[tuple[int, Any]]:
+def gear_faults(case: Train, name: str) -> list[tuple[int, Any]]:
     """Return the faults of a gear with their places in the case."""
     full = geometry.full_name(case, name)
     return [
@@ -230,17 +229,17 @@ def gear_faults(case: Case, name: str) -> list[tuple[int, Any]]:
     ]
 
 
-def tooth_faults(case: Case, name: str) -> list[tuple[int, Any]]:
+def tooth_faults(case: Train, name: str) -> list[tuple[int, Any]]:
     """Return the faults of the teeth of a gear with their places in the case; without eccentricity, which every mesh has."""
     return [(index, fault) for index, fault in gear_faults(case, name) if fault.of_teeth]
 
 
-def follows_centres(case: Case) -> bool:
+def follows_centres(case: Train) -> bool:
     """Return whether lines of action follow the actual centres, as deviations of teeth need."""
     return case.formulation == "geometric" and case.backlash_model == "coupled"
 
 
-def deviates(case: Case, j: int) -> bool:
+def deviates(case: Train, j: int) -> bool:
     """Return whether teeth of mesh j deviate from involutes in their places, so that its pairs of teeth differ."""
     names = geometry.gears_of_pair(case, j)
     return follows_centres(case) and any(
@@ -248,7 +247,7 @@ def deviates(case: Case, j: int) -> bool:
     )
 
 
-def _lost_faults(case: Case) -> Iterator[Fault]:
+def _lost_faults(case: Train) -> Iterator[Fault]:
     """Refuse faults of gears that would be lost: of a gear in no mesh, of one tooth and flank twice where one is kept."""
     meshed = {geometry.full_name(case, name) for mesh in case.meshes for name in (mesh.driver, mesh.driven)}
     seen: dict[tuple[str, str, int, str], int] = {}
@@ -276,7 +275,7 @@ def _lost_faults(case: Case) -> Iterator[Fault]:
             seen |= dict.fromkeys(keys, index)
 
 
-def _distance_faults(case: Case, j: int) -> Iterator[Fault]:
+def _distance_faults(case: Train, j: int) -> Iterator[Fault]:
     """Refuse working centre distances at which tips strike roots or do not reach, and grades beyond their table."""
     mesh = case.meshes[j]
     pair = geometry.pair_of(case, j)
@@ -294,7 +293,7 @@ def _distance_faults(case: Case, j: int) -> Iterator[Fault]:
             return
         path = mesh_path(case, j, "center_distance")
         if mesh.center_distance is None:
-            path = field_path(case, mesh.rotors[1], "position")
+            path = case.field_path(mesh.rotors[1], "position")
         rule = (
             f"must be between {1e3 * least:.6g} and {1e3 * most:.6g} mm for these teeth to mesh, and is "
             f"{1e3 * pair.shifted_distance:.6g} mm without backlash"
@@ -307,7 +306,7 @@ def _distance_faults(case: Case, j: int) -> Iterator[Fault]:
         yield Fault(path, grade, rule, 'Write { upper = "...", lower = "..." }')
 
 
-def _tip_fault(case: Case, j: int, pair: GearPair) -> Fault:
+def _tip_fault(case: Train, j: int, pair: GearPair) -> Fault:
     """Return the fault of tips that strike roots, or do not reach the other gear, at the distance that follows from the gears."""
     names = geometry.gears_of_pair(case, j)
     k = 0 if pair.tip_clearances[0] <= pair.tip_clearances[1] else 1

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gearplay.model import rolling
+from gearplay.parts.mesh.train import rolling
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class SetFrequencies:
         return {name: frequency for name, frequency in lines.items() if frequency > 0.0}
 
 
-def set_frequencies(case: Case, name: str) -> SetFrequencies:
+def set_frequencies(case: Train, name: str) -> SetFrequencies:
     """Return the characteristic frequencies of the planetary set called ``name``.
 
     Raises ``KeyError`` for an unknown set, `InputError` where prescribed speeds contradict each other.

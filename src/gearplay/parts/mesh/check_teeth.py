@@ -8,11 +8,10 @@ from dataclasses import replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Final
 
-from gearplay.model import geometry
-from gearplay.model.check_pairs import contact_ratios
-from gearplay.model.massless import field_path
-from gearplay.model.teeth_stiffness import nominal_line_load
+from gearplay.parts.mesh.check_pairs import contact_ratios
 from gearplay.parts.mesh.stiffness import TeethStiffness
+from gearplay.parts.mesh.teeth_stiffness import nominal_line_load
+from gearplay.parts.mesh.train import geometry
 from gearplay.parts.rotor.schema import place_words
 from gearplay.schema.finding import Finding
 from gearplay.toothing.gear import DrawnGear
@@ -20,7 +19,7 @@ from gearplay.toothing.iso6336 import light_load_factor
 from gearplay.toothing.pair import GearPair
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 TOLERATED: Final = 0.5
 """Teeth below the limit of undercut that do not matter: 17 at 20 deg, whose limit is 17.1."""
@@ -30,7 +29,7 @@ FIT: Final = 0.01
 """Part of a tooth by which a planet may miss sun and ring."""
 
 
-def teeth_findings(case: Case) -> Iterator[Finding]:
+def teeth_findings(case: Train) -> Iterator[Finding]:
     """Yield findings about the teeth of a valid case."""
     seen: set[str] = set()
     for j in range(len(case.meshes)):
@@ -39,7 +38,7 @@ def teeth_findings(case: Case) -> Iterator[Finding]:
             full = geometry.full_name(case, name)
             if full not in seen:
                 seen.add(full)
-                path = field_path(case, geometry.rotor_of(case, name), "teeth")
+                path = case.field_path(geometry.rotor_of(case, name), "teeth")
                 yield from _cut(path, gear)
                 yield from _pointed(path, gear)
         yield from _contact_ratio(case, j, pair)
@@ -106,7 +105,7 @@ def _pointed(path: str, gear: DrawnGear) -> Iterator[Finding]:
     )
 
 
-def _contact_ratio(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
+def _contact_ratio(case: Train, j: int, pair: GearPair) -> Iterator[Finding]:
     installed = pair.contact_ratio + pair.overlap_ratio
     if installed < 1.0:
         nominal = geometry.pair_of(case, j).contact_ratio + pair.overlap_ratio
@@ -133,7 +132,7 @@ def _contact_ratio(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
         )
 
 
-def _tip_clearance(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
+def _tip_clearance(case: Train, j: int, pair: GearPair) -> Iterator[Finding]:
     """Yield a finding for tips too near to the roots of the other gear."""
     names = geometry.gears_of_pair(case, j)
     for one, other, gap in zip(names, names[::-1], pair.tip_clearances, strict=True):
@@ -147,7 +146,7 @@ def _tip_clearance(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
             )
 
 
-def _fouling(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
+def _fouling(case: Train, j: int, pair: GearPair) -> Iterator[Finding]:
     """Yield a finding for each internal pair whose tips meet away from the line of action."""
     if not pair.tips_foul:
         return
@@ -164,7 +163,7 @@ def _fouling(case: Case, j: int, pair: GearPair) -> Iterator[Finding]:
     )
 
 
-def _light_loads(case: Case) -> Iterator[Finding]:
+def _light_loads(case: Train) -> Iterator[Finding]:
     """Yield a note on the load at which ISO 6336-1 gives the stiffness of the teeth, once for meshes that are alike."""
     alike: dict[str, list[int]] = {}
     for j in range(len(case.meshes)):
@@ -175,7 +174,7 @@ def _light_loads(case: Case) -> Iterator[Finding]:
         yield Finding("note", f"meshes.{meshes[0]}.stiffness", f"{names}{words}. Give line_load for another.")
 
 
-def _light_load(case: Case, j: int) -> str:
+def _light_load(case: Train, j: int) -> str:
     """Return the load of mesh j and its factor of the stiffness as text; empty where the factor is 1 or does not apply."""
     mesh = case.meshes[j]
     if not isinstance(mesh.stiffness, TeethStiffness) or mesh.stiffness.method != "iso6336":
@@ -194,7 +193,7 @@ def _with_ring(pair: GearPair, teeth: int) -> GearPair:
     return other.at(other.shifted_distance)
 
 
-def _planets(case: Case) -> Iterator[Finding]:
+def _planets(case: Train) -> Iterator[Finding]:
     """Yield findings for planets that overlap or cannot all mesh with sun and ring; planets of a table are validated."""
     at = geometry.centres(case)
     carried: dict[str, list[str]] = {}
@@ -216,7 +215,7 @@ def _planets(case: Case) -> Iterator[Finding]:
         yield from _misfits(case, names, at)
 
 
-def _tip_radius(case: Case, name: str) -> float:
+def _tip_radius(case: Train, name: str) -> float:
     radii = [
         gear.tip
         for j in range(len(case.meshes))
@@ -226,7 +225,7 @@ def _tip_radius(case: Case, name: str) -> float:
     return max(radii, default=0.0)
 
 
-def _misfits(case: Case, names: list[str], at: dict[str, tuple[float, float]]) -> Iterator[Finding]:
+def _misfits(case: Train, names: list[str], at: dict[str, tuple[float, float]]) -> Iterator[Finding]:
     """Compare each planet with the first that meshes with the same sun and ring."""
     first: dict[tuple[str, str], tuple[str, float]] = {}
     for name in names:

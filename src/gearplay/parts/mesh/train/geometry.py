@@ -3,8 +3,8 @@
 import math
 from typing import TYPE_CHECKING
 
-from gearplay.model.traversal import mesh_order
 from gearplay.parts.mesh.involute import involute, involute_from_distance
+from gearplay.parts.mesh.train.traversal import mesh_order
 from gearplay.parts.rotor.allowance import allowance_middle
 from gearplay.parts.rotor.gear import split_name
 from gearplay.parts.rotor.schema import POSITION_TOLERANCE, place_words
@@ -13,35 +13,35 @@ from gearplay.toothing.pair import GearPair
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
     from gearplay.parts.mesh.schema import Mesh
+    from gearplay.parts.mesh.train.train import Train
     from gearplay.parts.rotor.gear import Gear
     from gearplay.parts.rotor.schema import Rotor
 
 
-def gear_of(case: "Case", name: str) -> "Gear | Rotor":
+def gear_of(case: "Train", name: str) -> "Gear | Rotor":
     """Return a gear as a mesh calls it, ``rotor`` or ``rotor.gear``."""
     rotor, gear = split_name(name, case.rotors)
     return case.rotors[rotor].gear(gear)
 
 
-def rotor_of(case: "Case", name: str) -> str:
+def rotor_of(case: "Train", name: str) -> str:
     """Return the rotor of a gear as a mesh calls it."""
     return split_name(name, case.rotors)[0]
 
 
-def toothings(case: "Case", rotor: str) -> "dict[str, Gear | Rotor]":
+def toothings(case: "Train", rotor: str) -> "dict[str, Gear | Rotor]":
     """Return the gears of a rotor by their full names: ``rotor.gear``, or ``rotor`` for one without a table of gears."""
     found = case.rotors[rotor]
     return {f"{rotor}.{name}": gear for name, gear in found.gears.items()} or {rotor: found}
 
 
-def full_name(case: "Case", name: str) -> str:
+def full_name(case: "Train", name: str) -> str:
     """Return the full name of a gear named by a mesh, with the default for a shaft's only gear."""
     return next(iter(toothings(case, name))) if name in case.rotors else name
 
 
-def ring_of(case: "Case", mesh: "Mesh") -> str | None:
+def ring_of(case: "Train", mesh: "Mesh") -> str | None:
     """Return the mesh's internal gear as the mesh calls it, or None for an external pair."""
     for name in (mesh.driver, mesh.driven):
         if gear_of(case, name).internal:
@@ -49,39 +49,39 @@ def ring_of(case: "Case", mesh: "Mesh") -> str | None:
     return None
 
 
-def teeth_of(case: "Case", name: str) -> int:
+def teeth_of(case: "Train", name: str) -> int:
     """Return the number of teeth of a gear that takes part in a mesh, called as the mesh does."""
     teeth = gear_of(case, name).teeth
     assert teeth is not None, "validated: gears in a mesh have teeth"
     return teeth
 
 
-def pitch_radius(case: "Case", mesh: "Mesh", name: str) -> float:
+def pitch_radius(case: "Train", mesh: "Mesh", name: str) -> float:
     """Return the reference radius m_t z / 2 [m] of one gear of a mesh."""
     module, helix = mesh.module, gear_of(case, name).helix_angle
     return 0.5 * (module / math.cos(helix) if helix else module) * teeth_of(case, name)
 
 
-def transverse_angle(case: "Case", mesh: "Mesh") -> float:
+def transverse_angle(case: "Train", mesh: "Mesh") -> float:
     """Return the transverse pressure angle alpha_t of a mesh at its reference circles [rad]."""
     helix = gear_of(case, mesh.driver).helix_angle
     return math.atan(math.tan(mesh.pressure_angle) / math.cos(helix)) if helix else mesh.pressure_angle
 
 
-def base_radii(case: "Case", j: int) -> tuple[float, float]:
+def base_radii(case: "Train", j: int) -> tuple[float, float]:
     """Return the base radii r_b = r cos(alpha_t) [m] of mesh j's driver and driven gear."""
     mesh = case.meshes[j]
     c = math.cos(transverse_angle(case, mesh))
     return pitch_radius(case, mesh, mesh.driver) * c, pitch_radius(case, mesh, mesh.driven) * c
 
 
-def gears_of_pair(case: "Case", j: int) -> tuple[str, str]:
+def gears_of_pair(case: "Train", j: int) -> tuple[str, str]:
     """Return the names of mesh j's gears, first and second of its `GearPair`: of an internal pair pinion and ring."""
     mesh = case.meshes[j]
     return (mesh.driven, mesh.driver) if mesh.driver == ring_of(case, mesh) else (mesh.driver, mesh.driven)
 
 
-def gears_of(case: "Case", j: int, place: float = 0.5) -> tuple[DrawnGear, DrawnGear]:
+def gears_of(case: "Train", j: int, place: float = 0.5) -> tuple[DrawnGear, DrawnGear]:
     """Return mesh j's gears as drawn, in the order of `gears_of_pair`.
 
     ``place`` of tooth thicknesses between their lower (0) and upper (1) limits.
@@ -97,13 +97,13 @@ def gears_of(case: "Case", j: int, place: float = 0.5) -> tuple[DrawnGear, Drawn
     return first, second
 
 
-def pair_of(case: "Case", j: int) -> GearPair:
+def pair_of(case: "Train", j: int) -> GearPair:
     """Return mesh j's gears as drawn at their working centre distance; see `working_distance`."""
     pair = GearPair(*gears_of(case, j), math.nan)
     return pair.at(_working_distance(case, j, pair))
 
 
-def _working_distance(case: "Case", j: int, pair: GearPair) -> float:
+def _working_distance(case: "Train", j: int, pair: GearPair) -> float:
     mesh = case.meshes[j]
     if mesh.center_distance is not None:
         return mesh.center_distance
@@ -113,7 +113,7 @@ def _working_distance(case: "Case", j: int, pair: GearPair) -> float:
     return pair.reference_distance
 
 
-def working_distance(case: "Case", j: int) -> float:
+def working_distance(case: "Train", j: int) -> float:
     """Return the working centre distance [m] of mesh j, at which its backlash counts.
 
     Given; else by the positions of gears with profile shift; else that at which the shifts leave no backlash, without them
@@ -122,24 +122,24 @@ def working_distance(case: "Case", j: int) -> float:
     return pair_of(case, j).distance
 
 
-def placed_distance(case: "Case", j: int) -> float:
+def placed_distance(case: "Train", j: int) -> float:
     """Return the distance [m] at which `centres` places the gears of mesh j: the working one at the middle of its allowance."""
     return working_distance(case, j) + allowance_middle(case.meshes[j].center_distance_allowance)
 
 
-def installed_distance(case: "Case", j: int) -> float:
+def installed_distance(case: "Train", j: int) -> float:
     """Return the distance [m] of the nominal centres of mesh j."""
     at = centres(case)
     return math.dist(*(at[name] for name in case.meshes[j].rotors))
 
 
-def installed_pair(case: "Case", j: int) -> GearPair:
+def installed_pair(case: "Train", j: int) -> GearPair:
     """Return mesh j's gears as drawn at the distance of their nominal centres."""
     pair, distance = pair_of(case, j), installed_distance(case, j)
     return pair if abs(distance - pair.distance) < 1e-12 * pair.distance else pair.at(distance)
 
 
-def working_backlash(case: "Case", j: int) -> float:
+def working_backlash(case: "Train", j: int) -> float:
     """Return the transverse backlash [m] of mesh j along the line of action at its working centre distance.
 
     Given: normal, as the angle of the driven gear or as an arc of the working pitch circle; else by thicknesses and allowances.
@@ -155,7 +155,7 @@ def working_backlash(case: "Case", j: int) -> float:
     return given.circumferential * math.cos(pair.working_angle)
 
 
-def jam_ratio(case: "Case", j: int) -> float:
+def jam_ratio(case: "Train", j: int) -> float:
     """Return 2 sin(alpha_w) (sum of both radial clearances) / b of mesh j: wedging is possible above 1.
 
     alpha_w is the working pressure angle, b the backlash at the distance of the nominal centres. Infinite where that is 0 or less
@@ -168,7 +168,7 @@ def jam_ratio(case: "Case", j: int) -> float:
     return math.inf if play > 0.0 or backlash < 0.0 else 0.0
 
 
-def installed_backlash(case: "Case", j: int) -> float:
+def installed_backlash(case: "Train", j: int) -> float:
     """Return the transverse backlash b_t [m] of mesh j at the distance of its nominal centres; NaN where it cannot mesh.
 
     b_t = b_w -+ 2 c0 (inv alpha_w - inv alpha), (4), b_w that at the working distance.
@@ -202,22 +202,22 @@ def amplitude_bound(radial_clearance: float, frequency: float) -> float:
     return 4.0 / math.pi * radial_clearance * (2.0 * math.pi * frequency) ** 2
 
 
-def carrier_of(case: "Case", name: str) -> str | None:
+def carrier_of(case: "Train", name: str) -> str | None:
     """Return the rotor that carries the part that holds this rotor, or None for the ground."""
     return next((part.on for part in case.holders(name) if part.on is not None), None)
 
 
-def clearance_of(case: "Case", name: str) -> float | None:
+def clearance_of(case: "Train", name: str) -> float | None:
     """Return the radial clearance [m] of the part that holds a rotor; None for a rotor that is in none."""
     return next((c for part in case.holders(name) if (c := part.clearance()) is not None), None)
 
 
-def is_held(case: "Case", name: str) -> bool:
+def is_held(case: "Train", name: str) -> bool:
     """Return whether a rotor's centre is held: no part that holds it and no ``floating`` frees it."""
     return not case.rotors[name].floating and not any(part.frees_centre() for part in case.holders(name))
 
 
-def mesh_frame(case: "Case", j: int) -> str | None:
+def mesh_frame(case: "Train", j: int) -> str | None:
     """Return the carrier in whose frame mesh j rolls, or None for the ground.
 
     Raises `InputError` where its two gears sit on two different carriers.
@@ -235,7 +235,7 @@ def mesh_frame(case: "Case", j: int) -> str | None:
     return next(iter(carriers), None)
 
 
-def centres(case: "Case") -> dict[str, tuple[float, float]]:
+def centres(case: "Train") -> dict[str, tuple[float, float]]:
     """Return every rotor's nominal centre [m], given or found by going along the meshes (docs/conventions).
 
     Raises `InputError` where two explicit positions cannot mesh at all.
@@ -276,7 +276,7 @@ def centres(case: "Case") -> dict[str, tuple[float, float]]:
     return found
 
 
-def _way(case: "Case", j: int, known: str) -> tuple[float, float]:
+def _way(case: "Train", j: int, known: str) -> tuple[float, float]:
     """Return the vector [m] from the centre of a rotor of mesh j to the other's, at `placed_distance`."""
     mesh, A0 = case.meshes[j], placed_distance(case, j)
     if mesh.angle is not None:
@@ -296,7 +296,7 @@ def _spread(found: dict[str, tuple[float, float]], axes: list[set[str]]) -> None
         pending = [axis for axis in axes if axis & found.keys() and axis - found.keys()]
 
 
-def signed_radii(case: "Case", j: int) -> tuple[str, str, float, float]:
+def signed_radii(case: "Train", j: int) -> tuple[str, str, float, float]:
     """Return (a, b, r_a, r_b): gears at foot and tip of the vector of centres, and pitch radii [m], negative for a ring."""
     mesh = case.meshes[j]
     ring = ring_of(case, mesh)

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import geometry, rolling
-from gearplay.model.tooth_loads import tooth_loads
 from gearplay.parts.mesh.stiffness import TeethStiffness
+from gearplay.parts.mesh.tooth_loads import tooth_loads
+from gearplay.parts.mesh.train import geometry, rolling
 from gearplay.toothing.path_stiffness import PathStiffness, mirrored, path_stiffness
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 
-def nominal_line_load(case: "Case", j: int) -> float | None:
+def nominal_line_load(case: "Train", j: int) -> float | None:
     """Return F_t/b [N/m] of mesh j under the constant torques of the case, at the reference circle; None without a load."""
     pair = geometry.pair_of(case, j)
     force = float(tooth_loads(case)[j])
@@ -25,7 +25,7 @@ def nominal_line_load(case: "Case", j: int) -> float | None:
     return force * math.cos(pair.first.transverse_angle) / pair.facewidth
 
 
-def stiffness_over_path(case: "Case", j: int) -> PathStiffness:
+def stiffness_over_path(case: "Train", j: int) -> PathStiffness:
     """Return the stiffness of mesh j over its path of contact at the nominal centres; its kind must be ``teeth``.
 
     Without a load ISO 6336-1 is taken above its light loads. Raises `InputError` where teeth are out of contact between pairs.
@@ -46,7 +46,7 @@ def stiffness_over_path(case: "Case", j: int) -> PathStiffness:
     return path_stiffness(pair, given.method, given.modulus, given.poisson, load)
 
 
-def forwards(case: "Case", j: int) -> bool:
+def forwards(case: "Train", j: int) -> bool:
     """Return whether the contact of drive flanks moves away from the first gear's base tangent point as the mesh phase rises."""
     mesh, names = case.meshes[j], list(case.rotors)
     moving = rolling.moving_speeds(case, rolling.nominal_speeds(case))
@@ -55,7 +55,7 @@ def forwards(case: "Case", j: int) -> bool:
     return (geometry.gears_of_pair(case, j)[0] == mesh.driver) == bool(turning >= 0.0)
 
 
-def stiffness_table(case: "Case", j: int) -> NDArray[np.float64]:
+def stiffness_table(case: "Train", j: int) -> NDArray[np.float64]:
     """Return K of mesh j over the mesh phase as rows (start, c0..c3) of a periodic cubic; see `PathStiffness.table`."""
     table = stiffness_over_path(case, j).table
     rows = table if forwards(case, j) else mirrored(table)

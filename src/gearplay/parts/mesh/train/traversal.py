@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 Pair = tuple[str, str]
 Key = tuple[tuple[bool, int, str], ...]
@@ -26,7 +26,7 @@ def natural_key(name: str) -> Key:
     )
 
 
-def mesh_order(case: Case) -> tuple[int, ...]:
+def mesh_order(case: Train) -> tuple[int, ...]:
     """Return the meshes breadth-first from the inputs of the trains.
 
     The input of a train is a driver that no mesh drives, the first by name if there are several. Joints connect without adding
@@ -37,13 +37,13 @@ def mesh_order(case: Case) -> tuple[int, ...]:
     return _mesh_order(pairs, rotors, _joined_pairs(case))
 
 
-def rotor_order(case: Case) -> list[str]:
+def rotor_order(case: Train) -> list[str]:
     """Return the rotors as `mesh_order` meets them, those without a mesh after the others by name."""
     met = [name for j in mesh_order(case) for name in case.meshes[j].rotors]
     return list(dict.fromkeys([*met, *sorted(case.rotors, key=natural_key)]))
 
 
-def _joined_pairs(case: Case) -> tuple[Pair, ...]:
+def _joined_pairs(case: Train) -> tuple[Pair, ...]:
     return tuple([(a, b) for joint in case.joints if len(pair := [*joint.rolling()]) == 2 for a, b in [pair]])
 
 

@@ -14,17 +14,17 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from gearplay.model import geometry
-from gearplay.model.traversal import mesh_order
+from gearplay.parts.mesh.train import geometry
+from gearplay.parts.mesh.train.traversal import mesh_order
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 ROUNDING = 1e-9
 """Phase [rad] that is 0 but for rounding."""
 
 
-def starting_phases(case: "Case", centres: dict[str, tuple[float, float]]) -> list[float]:
+def starting_phases(case: "Train", centres: Mapping[str, tuple[float, float]]) -> list[float]:
     """Return every mesh's phase psi [rad] where nothing has turned yet, within half a turn, shape [mesh].
 
     ``centres`` are the nominal ones [m], before anything expands.
@@ -46,7 +46,7 @@ def starting_phases(case: "Case", centres: dict[str, tuple[float, float]]) -> li
     return [within_half_a_turn(psi) + mesh.phase for psi, mesh in zip(phases, case.meshes, strict=True)]
 
 
-def meshes_in_turn(case: "Case", reached: Mapping[str, float]) -> Iterator[tuple[int, str, str]]:
+def meshes_in_turn(case: "Train", reached: Mapping[str, float]) -> Iterator[tuple[int, str, str]]:
     """Yield every mesh with the full names of its driver and driven gear, those first of which a gear is among the ``reached``.
 
     The caller adds the gears of each mesh before it asks for the next.
@@ -61,7 +61,7 @@ def meshes_in_turn(case: "Case", reached: Mapping[str, float]) -> Iterator[tuple
         yield left.pop(at), *names[at]
 
 
-def directions(case: "Case", j: int, centres: dict[str, tuple[float, float]]) -> tuple[float, float]:
+def directions(case: "Train", j: int, centres: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
     """Return the direction of mesh j from driver and driven gear [rad]: of an internal pair both on the pinion's side."""
     mesh = case.meshes[j]
     a, b, _, _ = geometry.signed_radii(case, j)

@@ -6,15 +6,16 @@ side and drives on the other.
 """
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from gearplay.model import geometry
-from gearplay.model.drawn_gears import deviates
-from gearplay.model.phases import directions, meshes_in_turn, starting_phases, within_half_a_turn
+from gearplay.parts.mesh.drawn_gears import deviates
+from gearplay.parts.mesh.phases import directions, meshes_in_turn, starting_phases, within_half_a_turn
 from gearplay.parts.mesh.schema import PlanetMesh
+from gearplay.parts.mesh.train import geometry
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 
 class ToothPlaces(NamedTuple):
@@ -27,7 +28,9 @@ class ToothPlaces(NamedTuple):
     numbers: list[tuple[int, int]]
 
 
-def tooth_places(case: "Case", centres: dict[str, tuple[float, float]], senses: list[float]) -> ToothPlaces:
+def tooth_places(
+    case: "Train", centres: Mapping[str, tuple[float, float]], senses: list[float]
+) -> ToothPlaces:
     """Return the places of the teeth of all meshes; of meshes with one stiffness the phases are those of `starting_phases`.
 
     ``centres`` are the nominal ones [m], ``senses`` 1 or -1 for each mesh, the sense in which its drive flanks are (sigma).

@@ -5,24 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from gearplay.model import geometry
-from gearplay.vocabulary.errors import Fault, InputError, join_path
+from gearplay.parts.mesh.train import geometry
+from gearplay.vocabulary.errors import Fault, InputError
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 UNITS = {"mass": "kg", "inertia": "kg m^2"}
 
 
-def field_path(case: Case, name: str, *fields: str) -> str:
-    """Return the path of a field of a rotor, which may be a member of a planetary set."""
-    part, _, member = name.partition(".")
-    if part not in case.planetary:
-        return join_path(["rotors", name, *fields])
-    return join_path(["planetary", part, "planets" if member.startswith("planet") else member, *fields])
-
-
-def massless(case: Case) -> Iterator[tuple[str, str]]:
+def massless(case: Train) -> Iterator[tuple[str, str]]:
     """Yield rotors with free coordinates of no mass, and the field that is 0: ``mass`` of a centre, ``inertia`` of a rotation."""
     for name, rotor in case.rotors.items():
         if rotor.mass == 0.0 and not geometry.is_held(case, name):
@@ -31,10 +23,10 @@ def massless(case: Case) -> Iterator[tuple[str, str]]:
             yield name, "inertia"
 
 
-def refuse_massless(case: Case) -> None:
+def refuse_massless(case: Train) -> None:
     """Raise `InputError` where a case has free coordinates without mass, which have no acceleration to integrate."""
     cure = "Give it a positive one; modes, campbell, frequency_response and load_sharing take 0"
-    paths = {field_path(case, name, field): field for name, field in massless(case)}
+    paths = {case.field_path(name, field): field for name, field in massless(case)}
     if paths:
         rule = "must be greater than 0 {} for a simulation over time"
         raise InputError([Fault(path, 0.0, rule.format(UNITS[field]), cure) for path, field in paths.items()])

@@ -6,21 +6,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import geometry
-from gearplay.model.drawn_gears import deviates
-from gearplay.model.teeth_stiffness import stiffness_over_path
-from gearplay.model.tooth_rows import steepness, tooth_rows
-from gearplay.parts.assembly import Assembly, blank
-from gearplay.parts.mesh import law as mesh_law
-from gearplay.parts.mesh.pairs import observed
+from gearplay.parts.mesh.drawn_gears import deviates
 from gearplay.parts.mesh.pairs.record import FLANKS, SPARE
 from gearplay.parts.mesh.pairs.slopes import COLUMNS, LEADING
+from gearplay.parts.mesh.pairs.tooth_rows import steepness, tooth_rows
+from gearplay.parts.mesh.teeth_stiffness import stiffness_over_path
+from gearplay.parts.mesh.train import geometry
+from gearplay.parts.protocol import Packing
 from gearplay.toothing.gear import DrawnGear, inv
 from gearplay.toothing.pair import GearPair
 from gearplay.toothing.path_stiffness import PathStiffness, cubic_places, cubics
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
     from gearplay.parts.rotor.gear import Gear
     from gearplay.parts.rotor.schema import Rotor
 
@@ -48,7 +46,7 @@ def _pack_gear(
         setattr(m, f"{name}_{ending}", value)
 
 
-def _half_angles(case: "Case", j: int, pair: GearPair) -> tuple[float, float]:
+def _half_angles(case: "Train", j: int, pair: GearPair) -> tuple[float, float]:
     """Return the half angles of both gears at their base circles [rad]; a backlash that is given thins both alike."""
     thinner = 0.25 * (geometry.working_backlash(case, j) - pair.backlash)
     first = pair.first.half_angle - thinner / pair.first.base_radius
@@ -56,22 +54,14 @@ def _half_angles(case: "Case", j: int, pair: GearPair) -> tuple[float, float]:
     return first, second
 
 
-def pack_pairs(
-    case: "Case",
-    j: int,
-    m: Any,
-    numbers: tuple[int, int],
-    spline: list[list[float]],
-    terms: list[list[float]],
-    member: int,
-) -> None:
+def pack_pairs(packing: Packing, j: int, m: Any, numbers: tuple[int, int]) -> None:
     """Fill the fields of mesh j's record for pairs of teeth; add their stiffness to the curves and deviations to the terms.
 
     A mesh with one stiffness has them where its teeth deviate: their envelope acts.
 
-    ``numbers`` are those of driver's and driven tooth at the line of centres where nothing has turned; ``member`` decides, with
-    the seed of the run, what is drawn.
+    ``numbers`` are those of driver's and driven tooth at the line of centres where nothing has turned.
     """
+    case: Train = packing.train
     mesh = case.meshes[j]
     if mesh.contact != "pairs" and not deviates(case, j):
         return
@@ -102,12 +92,12 @@ def pack_pairs(
         if (relief := given.tip_relief) is not None:
             slope += relief.power * relief.amount / relief.length
             bend += (relief.power - 1.0) * 2.0 * relief.amount / relief.length**2
-        rows = tooth_rows(case, name, pair, found, k, member, spline)
+        rows = tooth_rows(case, name, pair, found, k, packing.member, packing.spline)
         if rows is not None:
-            setattr(m, f"toothing_{ending}", len(terms))
-            setattr(m, f"rows_{ending}", len(rows) // (2 * gear.teeth))
-            terms.extend(rows.tolist())
-            steepest, most_curved = steepness(rows, gear.teeth, spline)
+            first, count = packing.add_terms(rows.tolist())
+            setattr(m, f"toothing_{ending}", first)
+            setattr(m, f"rows_{ending}", count // (2 * gear.teeth))
+            steepest, most_curved = steepness(rows, gear.teeth, packing.spline)
             slope += steepest / width
             bend += most_curved / width**2
     m.deviation_slope, m.deviation_curvature = slope, bend
@@ -115,8 +105,8 @@ def pack_pairs(
         return
     table = single_table(found)
     m.stiffest = float(np.max(found.held(np.linspace(low, high, 401))))
-    m.stiffness_start, m.stiffness_count = len(spline), len(table)
-    spline.extend(table.tolist())
+    m.stiffness_start, m.stiffness_count = len(packing.spline), len(table)
+    packing.spline.extend(table.tolist())
 
 
 def more_columns(m: Any) -> tuple[int, int]:
@@ -152,15 +142,3 @@ def single_table(found: PathStiffness) -> NDArray[np.float64]:
         at = cubic_places(knots[:-1], widths)
         pieces = cubics(found.held(at.ravel()).reshape(at.shape), widths)
     return np.vstack([np.column_stack([knots[:-1], pieces]), [knots[-1], 0.0, 0.0, 0.0, 0.0]])
-
-
-def add_pair_signals(assembly: Assembly) -> None:
-    """Add the elements that show the slots of all meshes with pairs of teeth, named as their contacts."""
-    for number, (m, label) in enumerate(
-        zip(assembly.parts.get(mesh_law.KIND, []), assembly.labels.get(mesh_law.KIND, []), strict=True)
-    ):
-        for flank, side in enumerate(("drive", "back")):
-            for slot in range(0 if m.envelope else m.pairs):
-                record = blank(observed.RECORD)
-                record.mesh, record.flank, record.slot = number, flank, slot
-                assembly.add(observed, f"{label}:{side}-{slot}", record, [m.a, m.b, m.frame])

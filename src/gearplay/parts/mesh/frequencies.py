@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gearplay.model import rolling
-from gearplay.model.geometry import full_name, mesh_frame, rotor_of, teeth_of
+from gearplay.parts.mesh.train import rolling
+from gearplay.parts.mesh.train.geometry import full_name, mesh_frame, rotor_of, teeth_of
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class MeshFrequencies:
         return {name: (self.mesh - f, self.mesh + f) for name, f in self.rotations.items()}
 
 
-def mesh_frequencies(case: Case, j: int) -> MeshFrequencies:
+def mesh_frequencies(case: Train, j: int) -> MeshFrequencies:
     """Return the characteristic frequencies of mesh j; `InputError` where prescribed speeds contradict each other."""
     mesh, names = case.meshes[j], list(case.rotors)
     speeds, f_m = rolling.nominal_speeds(case), rolling.mesh_frequency(case, j)
@@ -65,7 +65,7 @@ def mesh_frequencies(case: Case, j: int) -> MeshFrequencies:
     return MeshFrequencies(f_m, turns, {name: f_m / z for name, z in gears.items()}, f_m / periods, periods)
 
 
-def rolling_frame(case: Case, j: int) -> str | None:
+def rolling_frame(case: Train, j: int) -> str | None:
     """Return the carrier in whose frame mesh j rolls where it turns, else None."""
     frame = mesh_frame(case, j)
     if frame is None or rolling.nominal_speeds(case)[list(case.rotors).index(frame)] == 0.0:

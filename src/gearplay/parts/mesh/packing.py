@@ -2,38 +2,35 @@
 
 import cmath
 import math
-from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from gearplay.model import geometry
-from gearplay.model.drawn_gears import gear_faults
-from gearplay.model.mesh_stiffness import PackedStiffness, pack_stiffness
-from gearplay.model.pair_packing import more_columns, pack_pairs
-from gearplay.model.tooth_places import tooth_places
-from gearplay.parts.assembly import Assembly, Contact, blank
+from gearplay.parts.assembly import Contact, blank
 from gearplay.parts.mesh import flank, tooth_stiffness
 from gearplay.parts.mesh import geometry as mesh_geometry
 from gearplay.parts.mesh import law as mesh_element
+from gearplay.parts.mesh.drawn_gears import gear_faults
 from gearplay.parts.mesh.faults import EccentricityFault
-from gearplay.parts.mesh.involute import SERIES_TERMS, involute, involute_from_distance, involute_series
+from gearplay.parts.mesh.involute import involute, involute_from_distance, involute_series
+from gearplay.parts.mesh.mesh_stiffness import PackedStiffness, pack_stiffness
+from gearplay.parts.mesh.pairs import observed
+from gearplay.parts.mesh.pairs.packing import more_columns, pack_pairs
+from gearplay.parts.mesh.tooth_deflections import damping_depths
+from gearplay.parts.mesh.tooth_places import tooth_places
+from gearplay.parts.mesh.train import geometry
+from gearplay.parts.protocol import Packing, slot_of
 from gearplay.parts.rotor.schema import place_words
+from gearplay.schema.records import harmonic_rows
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
     from gearplay.parts.mesh.schema import Damping
-
-Floats = NDArray[np.float64]
-
+    from gearplay.parts.mesh.train.train import Train
 
 PAIR_ORDER = 4.0
 """Order per mesh period that a step resolves where pairs of teeth have contacts of their own."""
 
 
-def damping_maximum(case: "Case", j: int, stiffness: PackedStiffness) -> float:
+def damping_maximum(case: "Train", j: int, stiffness: PackedStiffness) -> float:
     """Return C_m [N s/m] of mesh j; from a ratio zeta: 2 zeta sqrt(k_m m_eq), 1/m_eq = r_b1^2/J_1 + r_b2^2/J_2.
 
     A prescribed rotation counts as an infinite inertia; where both are prescribed their own inertias count. 0 if an inertia
@@ -58,14 +55,14 @@ def _damping_law(damping: "Damping") -> int:
     return flank.RAMP_AS_PRINTED if damping.ramp == "literal" else flank.RAMP_SMOOTH
 
 
-def _mesh_kind(case: "Case") -> int:
+def _mesh_kind(case: "Train") -> int:
     coupled = case.backlash_model == "coupled"
     if case.formulation == "geometric":
         return mesh_geometry.MESH_COUPLED if coupled else mesh_geometry.MESH_UNCOUPLED
     return mesh_geometry.MESH_PRINTED_COUPLED if coupled else mesh_geometry.MESH_PRINTED_UNCOUPLED
 
 
-def _runout(case: "Case", name: str) -> tuple[float, float]:
+def _runout(case: "Train", name: str) -> tuple[float, float]:
     """Return eccentricity [m] and direction [rad] of a gear's toothing, faults included."""
     given = geometry.gear_of(case, name).runout
     faults = [fault for _, fault in gear_faults(case, name) if isinstance(fault, EccentricityFault)]
@@ -75,8 +72,9 @@ def _runout(case: "Case", name: str) -> tuple[float, float]:
     return cmath.polar(sum(cmath.rect(amount, phase) for amount, phase in each))
 
 
-def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, float]], moving: Floats) -> None:
-    mesh, names = case.meshes[j], list(case.rotors)
+def _pack_mesh(packing: Packing, j: int, m: Any) -> None:
+    case: Train = packing.train
+    mesh, centres, moving = case.meshes[j], packing.centres, packing.moving
     a, b, r_a, r_b = geometry.signed_radii(case, j)
     frame = geometry.mesh_frame(case, j)
     m.kind = _mesh_kind(case)
@@ -114,12 +112,12 @@ def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, flo
         else cosine
     )
     m.rho_a, m.rho_b = r_a * radius, r_b * radius
-    m.a, m.b, m.driver = names.index(foot), names.index(tip), names.index(mesh.rotors[0])
+    m.a, m.b, m.driver = packing.place(foot), packing.place(tip), packing.place(mesh.rotors[0])
     for side, name in (("a", a), ("b", b)):
         amplitude, phase = _runout(case, name)
         setattr(m, f"runout_{side}", amplitude)
         setattr(m, f"runout_phase_{side}", phase)
-    m.frame = names.index(frame) if frame is not None else -1
+    m.frame = packing.place(frame)
     turning = moving[m.driver] - (moving[m.frame] if frame is not None else 0.0)
     m.sigma = -1.0 if turning < 0.0 else 1.0
     if mesh.driver == geometry.ring_of(case, mesh):
@@ -133,46 +131,32 @@ def _pack_mesh(case: "Case", j: int, m: Any, centres: dict[str, tuple[float, flo
     m.way = 0.5 * m.sigma * forwards * pair.first.transverse_module * cosine
 
 
-def harmonic_rows(rows: Iterable[Sequence[float]]) -> list[list[float]]:
-    """Return (order, amplitude, phase) rows as (order, a cos(phase), a sin(phase)), orders rising."""
-    return [
-        [k, a * math.cos(phase), a * math.sin(phase)] for k, a, phase in sorted(rows, key=lambda row: row[0])
-    ]
-
-
-def pack_meshes(
-    case: "Case",
-    assembly: Assembly,
-    rotors: Any,
-    centres: dict[str, tuple[float, float]],
-    moving: Floats,
-    depths: Floats,
-    member: int,
-) -> tuple[Floats, Floats, Floats]:
-    """Add every mesh to a mechanism; return rows of harmonic terms, pieces of splines, and series of involutes by mesh."""
-    terms: list[list[float]] = []
-    spline: list[list[float]] = []
-    involutes: list[Floats] = []
+def pack_meshes(packing: Packing) -> None:
+    """Add every mesh to a mechanism."""
+    case: Train = packing.train
+    assembly, spline = packing.assembly, packing.spline
+    depths = damping_depths(packing.turning)
     records = [blank(mesh_element.RECORD) for _ in case.meshes]
     for j, m in enumerate(records):
-        _pack_mesh(case, j, m, centres, moving)
-    places = tooth_places(case, centres, [m.sigma for m in records])
+        _pack_mesh(packing, j, m)
+    places = tooth_places(case, packing.centres, [m.sigma for m in records])
     for j, (mesh, m) in enumerate(zip(case.meshes, records, strict=True)):
         m.psi_0, m.pair_phase = places.phases[j], places.teeth[j] - places.phases[j]
         k = pack_stiffness(case, j)
         m.stiffness_kind, m.k_m, m.k_single, m.duty, m.phase = k.kind, k.mean, k.single, k.duty, k.phase
         series, m.u_series = involute_series(geometry.pair_of(case, j).working_angle)
-        involutes.append(series)
-        pack_pairs(case, j, m, places.numbers[j], spline, terms, member)
+        packing.involutes.append(series)
+        if m.backlash > 0.0:
+            packing.half_backlashes[f"{mesh.label}.x"] = f"{mesh.label}.drive_penetration", 0.5 * m.backlash
+        pack_pairs(packing, j, m, places.numbers[j])
         single = m.pairs == 0 or m.envelope
         if single and k.kind == tooth_stiffness.STIFFNESS_SPLINE:
             m.stiffness_start, m.stiffness_count = len(spline), len(k.rows)
             spline.extend(k.rows.tolist())
         elif single:
-            m.stiffness_start, m.stiffness_count = len(terms), len(k.rows)
-            terms.extend(harmonic_rows(k.rows))
-        m.error_start, m.error_count = len(terms), len(mesh.transmission_error)
-        terms.extend(harmonic_rows([(float(e.order), e.amplitude, e.phase) for e in mesh.transmission_error]))
+            m.stiffness_start, m.stiffness_count = packing.add_terms(harmonic_rows(k.rows))
+        errors = [(float(e.order), e.amplitude, e.phase) for e in mesh.transmission_error]
+        m.error_start, m.error_count = packing.add_terms(harmonic_rows(errors))
         m.error_slope = sum(e.order * abs(e.amplitude) for e in mesh.transmission_error)
         m.error_curvature = sum(e.order**2 * abs(e.amplitude) for e in mesh.transmission_error)
         orders = [float(e.order) for e in mesh.transmission_error]
@@ -190,12 +174,13 @@ def pack_meshes(
             Contact("back", yields_to=0 if case.formulation == "as_published" else None),
         ]
         slots = 0 if single else m.pairs
-        flanks += [Contact(f"{side}-{slot}") for side in ("drive", "back") for slot in range(slots)]
+        flanks += [Contact(slot_of(side, slot)) for side in ("drive", "back") for slot in range(slots)]
         modes, slopes = more_columns(m)
         edges = int(k.kind == tooth_stiffness.STIFFNESS_SQUARE)
         slides = int(mesh.friction_coefficient > 0.0)
         mobility = sum(
-            r * r * rotors[i].inv_inertia + rotors[i].inv_mass for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
+            r * r * packing.records[i].inv_inertia + packing.records[i].inv_mass
+            for r, i in ((m.rho_a, m.a), (m.rho_b, m.b))
         )
         rate = math.sqrt(k.highest * mobility)
         assembly.add(
@@ -211,5 +196,15 @@ def pack_meshes(
             rate=rate,
             hides=bool(m.C_m > 0.0) and case.formulation == "geometric",
         )
-    table = np.array(involutes).reshape(len(case.meshes), SERIES_TERMS)
-    return np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table
+
+
+def add_pair_signals(packing: Packing) -> None:
+    """Add the elements that show the slots of all meshes with pairs of teeth, named as their contacts."""
+    assembly, kind = packing.assembly, mesh_element.KIND
+    for number, label in enumerate(assembly.labels.get(kind, [])):
+        m = assembly.parts[kind][number]
+        for k, side in enumerate(("drive", "back")):
+            for slot in range(0 if m.envelope else m.pairs):
+                record = blank(observed.RECORD)
+                record.mesh, record.flank, record.slot = number, k, slot
+                assembly.add(observed, f"{label}:{slot_of(side, slot)}", record, [m.a, m.b, m.frame])

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model.mesh_stiffness import pack_stiffness
-from gearplay.model.tooth_loads import tooth_loads
+from gearplay.parts.mesh.mesh_stiffness import pack_stiffness
+from gearplay.parts.mesh.tooth_loads import tooth_loads
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 Floats = NDArray[np.float64]
 
@@ -19,14 +19,14 @@ LEAST_DEPTH = 1e-8
 """Least depth [m] of a damping ramp that follows the load: less than teeth are rough."""
 
 
-def tooth_deflections(case: "Case") -> Floats:
+def tooth_deflections(case: "Train") -> Floats:
     """Return the deflection F / k_m [m] of every mesh under its steady load, shape [mesh]; 0 without a load."""
     stiffness = [pack_stiffness(case, j).average for j in range(len(case.meshes))]
     deflections: Floats = tooth_loads(case) / np.array(stiffness)
     return deflections
 
 
-def damping_depths(case: "Case") -> Floats:
+def damping_depths(case: "Train") -> Floats:
     """Return the depth d [m] of the damping ramp of every mesh, shape [mesh].
 
     The given one, else half the deflection under the steady load, at least 0.01 um; 1 um where there is no load. So the load has

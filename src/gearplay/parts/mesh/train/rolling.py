@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model.geometry import carrier_of, mesh_frame, rotor_of, signed_radii, teeth_of
-from gearplay.model.linear_conditions import Row, matrix_of, picked, solved_by_rank, vanishing
-from gearplay.model.traversal import rotor_order
+from gearplay.parts.mesh.train.geometry import carrier_of, mesh_frame, rotor_of, signed_radii, teeth_of
+from gearplay.parts.mesh.train.linear_conditions import Row, matrix_of, picked, solved_by_rank, vanishing
+from gearplay.parts.mesh.train.traversal import rotor_order
 from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 LOOPS: Final = ("position", "cascade")
 """Kinds of drives that bring a rotor to an angle."""
 
 
-def conditions(case: "Case", places: dict[str, int], *, held: bool) -> tuple[Row, ...]:
+def conditions(case: "Train", places: dict[str, int], *, held: bool) -> tuple[Row, ...]:
     """Return the sums of speeds that vanish where every mesh and joint rolls, their largest factor near 1; with ``held`` also
     those of rotors that torsional springs hold.
     """
@@ -38,7 +38,7 @@ def conditions(case: "Case", places: dict[str, int], *, held: bool) -> tuple[Row
     return (*rows, *holds(case, places)) if held else tuple(rows)
 
 
-def holds(case: "Case", places: dict[str, int], *, without: Container[str] = ()) -> tuple[Row, ...]:
+def holds(case: "Train", places: dict[str, int], *, without: Container[str] = ()) -> tuple[Row, ...]:
     """Return the sums of speeds that vanish where torsional springs hold rotors, to the ground or to their carrier."""
     rows: list[Row] = []
     for _, name, part in case.every_holder():
@@ -71,7 +71,7 @@ def _least(
     return None
 
 
-def _roll(case: "Case", given: dict[str, float], *, held: bool = False) -> NDArray[np.float64]:
+def _roll(case: "Train", given: dict[str, float], *, held: bool = False) -> NDArray[np.float64]:
     """Return the least speeds [rad/s] that roll at every mesh and take the given values.
 
     With ``held`` torsional springs hold the speeds of their rotors at 0, or at their carrier's. A carrier that neither meshes nor
@@ -101,7 +101,7 @@ def _roll(case: "Case", given: dict[str, float], *, held: bool = False) -> NDArr
     raise InputError.of(named, speeds_given, rule, "Drive fewer rotors, or change a speed")
 
 
-def rolling_conditions(case: "Case") -> NDArray[np.float64]:
+def rolling_conditions(case: "Train") -> NDArray[np.float64]:
     """Return the matrix A of the conditions A omega = 0 of rolling, shape [condition, rotor].
 
     First a row for each mesh, pitch radii over the larger one, then those of couplings and of torsional springs that hold rotors.
@@ -110,7 +110,7 @@ def rolling_conditions(case: "Case") -> NDArray[np.float64]:
     return matrix_of(conditions(case, places, held=True), len(places))
 
 
-def free_turns(case: "Case") -> NDArray[np.float64]:
+def free_turns(case: "Train") -> NDArray[np.float64]:
     """Return the speeds with which a train can turn as one, prescribed rotations and torsional springs held, shape [rotor, way].
 
     Orthonormal; none where everything is held.
@@ -124,12 +124,12 @@ def free_turns(case: "Case") -> NDArray[np.float64]:
     return np.ascontiguousarray(ways[rank:].T)
 
 
-def _is_locked(case: "Case", places: dict[str, int], name: str, *, held: bool) -> bool:
+def _is_locked(case: "Train", places: dict[str, int], name: str, *, held: bool) -> bool:
     """Return whether a rotor cannot turn at any speeds of the others."""
     return _least(len(places), conditions(case, places, held=held), ((places[name], 1.0),), ()) is None
 
 
-def nominal_speeds(case: "Case") -> NDArray[np.float64]:
+def nominal_speeds(case: "Train") -> NDArray[np.float64]:
     """Return every rotor's nominal speed Omega [rad/s], shape [rotor]: prescribed, the rest by rolling.
 
     Raises `InputError` where the prescribed speeds contradict each other.
@@ -144,7 +144,7 @@ def nominal_speeds(case: "Case") -> NDArray[np.float64]:
     return _roll(case, given, held=True)
 
 
-def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
+def starting_speeds(case: "Train", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return every rotor's speed at t = 0 [rad/s], shape [rotor], as drives start and the train rolls, without ``initial``.
 
     A drive with a ramp starts at its ``start_speed``, the others at their speed; servos give way where they contradict.
@@ -174,7 +174,7 @@ def starting_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.fl
         return _roll(case, {n: speed for n, speed in given.items() if drives[n].kind == "speed"}, held=True)
 
 
-def rolling_ratios(case: "Case") -> tuple[str, NDArray[np.float64]]:
+def rolling_ratios(case: "Train") -> tuple[str, NDArray[np.float64]]:
     """Return a leading rotor and every rotor's speed by rolling per that rotor's, shape [rotor]; 0 for one that it does not move.
 
     The leading rotor has the highest nominal speed; in a train without a prescribed speed it is the one with a torque, or the
@@ -190,7 +190,7 @@ def rolling_ratios(case: "Case") -> tuple[str, NDArray[np.float64]]:
     return lead, _as_far_as_held(case, {lead: 1.0})
 
 
-def moving_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
+def moving_speeds(case: "Train", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return speeds with which the train turns the way it will, shape [rotor]: their signs are the senses of rotation.
 
     The ``nominal`` ones; else those that a torque or a position servo gives by rolling, several of them the accelerations from
@@ -225,7 +225,7 @@ def moving_speeds(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.floa
     return _as_far_as_held(case, given)
 
 
-def _accelerations(case: "Case", torques: dict[str, float]) -> NDArray[np.float64]:
+def _accelerations(case: "Train", torques: dict[str, float]) -> NDArray[np.float64]:
     """Return the accelerations [rad/s^2] of the train as it rolls from rest under torques [N m], shape [rotor]."""
     inertias = np.array([rotor.inertia for rotor in case.rotors.values()])
     push = np.array([torques.get(name, 0.0) for name in case.rotors])
@@ -238,12 +238,12 @@ def _accelerations(case: "Case", torques: dict[str, float]) -> NDArray[np.float6
     return np.asarray(found)
 
 
-def senses(case: "Case", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
+def senses(case: "Train", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return every rotor's nominal sense of rotation, +1, -1 or 0, shape [rotor]: the signs of `moving_speeds`."""
     return np.sign(moving_speeds(case, nominal))
 
 
-def _still(case: "Case") -> dict[str, float]:
+def _still(case: "Train") -> dict[str, float]:
     """Return the rotors whose drives keep them from turning, with their speed, 0."""
     return {
         n: 0.0
@@ -252,7 +252,7 @@ def _still(case: "Case") -> dict[str, float]:
     }
 
 
-def _as_far_as_held(case: "Case", given: dict[str, float]) -> NDArray[np.float64]:
+def _as_far_as_held(case: "Train", given: dict[str, float]) -> NDArray[np.float64]:
     """Return the speeds by rolling, held rotors and torsional springs at rest, or released where that has no solution."""
     for all_given, held in ((_still(case) | given, True), (given, True), (given, False)):
         with suppress(InputError):
@@ -262,18 +262,18 @@ def _as_far_as_held(case: "Case", given: dict[str, float]) -> NDArray[np.float64
     return solved_by_rank([picked(places, given), rolls], len(places))
 
 
-def ratio_between(case: "Case", one: str, other: str) -> float:
+def ratio_between(case: "Train", one: str, other: str) -> float:
     """Return the turns of ``other`` per turn of ``one`` as the train rolls, 0 where neither moves the other."""
     speeds = _as_far_as_held(case, {one: 1.0})
     return float(speeds[list(case.rotors).index(other)])
 
 
-def first_mesh_frequency(case: "Case") -> float:
+def first_mesh_frequency(case: "Train") -> float:
     """Return the nominal mesh frequency [Hz] of the first mesh, 0 of a case without meshes."""
     return mesh_frequency(case, 0) if case.meshes else 0.0
 
 
-def mesh_frequency(case: "Case", j: int = 0) -> float:
+def mesh_frequency(case: "Train", j: int = 0) -> float:
     """Return the nominal mesh frequency [Hz] of mesh j: teeth times the driver's speed, relative to its carrier."""
     mesh, speeds, names = case.meshes[j], nominal_speeds(case), list(case.rotors)
     frame = mesh_frame(case, j)

@@ -5,16 +5,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model.geometry import gears_of, pair_of
-from gearplay.model.teeth_stiffness import stiffness_table
+from gearplay.parts.mesh.teeth_stiffness import stiffness_table
 from gearplay.parts.mesh.tooth_stiffness import STIFFNESS_FOURIER, STIFFNESS_SPLINE, STIFFNESS_SQUARE
+from gearplay.parts.mesh.train.geometry import gears_of, pair_of
 from gearplay.schema.records import extremes
 from gearplay.toothing.gear import DrawnGear
 from gearplay.toothing.iso6336 import STEEL, mean_factor, single_stiffness
 from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 FINEST = 1024.0
 """Highest order per mesh period that a table makes the step resolve, that of 4096 equal steps."""
@@ -127,7 +127,7 @@ def _order_of_table(rows: NDArray[np.float64]) -> float:
     return min(order, max(FINEST, 0.25 * len(rows)))
 
 
-def pack_stiffness(case: "Case", j: int) -> PackedStiffness:
+def pack_stiffness(case: "Train", j: int) -> PackedStiffness:
     """Return mesh j's stiffness for the kernels, eq. (16) and the other kinds of docs/theory.
 
     Raises `InputError` where a square wave is given to teeth of a contact ratio of 2 or more.

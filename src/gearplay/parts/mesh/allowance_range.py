@@ -3,16 +3,16 @@
 import math
 from typing import TYPE_CHECKING
 
-from gearplay.model import geometry
+from gearplay.parts.mesh.train import geometry
 from gearplay.parts.rotor.allowance import Limits
 from gearplay.toothing.allowances import distance_allowance
 from gearplay.toothing.pair import GearPair
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 
-def distance_limits(case: "Case", j: int) -> tuple[float, float]:
+def distance_limits(case: "Train", j: int) -> tuple[float, float]:
     """Return lower and upper allowance [m] of the centre distance of mesh j."""
     mesh = case.meshes[j]
     allowance = mesh.center_distance_allowance
@@ -24,7 +24,7 @@ def distance_limits(case: "Case", j: int) -> tuple[float, float]:
     return -half, half
 
 
-def backlash_range(case: "Case", j: int) -> tuple[float, float] | None:
+def backlash_range(case: "Train", j: int) -> tuple[float, float] | None:
     """Return least and largest normal backlash [m] of mesh j at its working distance; None without allowances.
 
     A backlash that the case gives stands for the middle: allowances of thickness are then none of its own.

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model import geometry
-from gearplay.model.drawn_gears import tooth_faults
 from gearplay.parts.mesh import faults
+from gearplay.parts.mesh.drawn_gears import tooth_faults
 from gearplay.parts.mesh.pairs.overlap import FAULT_EDGE
+from gearplay.parts.mesh.train import geometry
 from gearplay.toothing.cracks import Crack, crack_losses, with_bore
 from gearplay.toothing.gear import DrawnGear
 from gearplay.toothing.pair import GearPair
@@ -17,7 +17,7 @@ from gearplay.toothing.path_stiffness import PathStiffness
 from gearplay.toothing.quality import draw_deviations
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 Floats = NDArray[np.float64]
 WITH_FAULTS = 4
@@ -31,12 +31,12 @@ WHOLE = (0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
 
 
 def tooth_rows(
-    case: "Case",
+    case: "Train",
     name: str,
     pair: GearPair,
     stiffness: PathStiffness | None,
     which: int,
-    member: int,
+    member: tuple[int, int],
     spline: list[list[float]],
 ) -> Floats | None:
     """Return the rows of all teeth of a gear, two flanks a tooth, the clockwise one first; None for perfect teeth.
@@ -52,7 +52,7 @@ def tooth_rows(
     which
         0 for the first gear of the pair, 1 for the second.
     member
-        Number of the member, whose deviations are drawn.
+        Seed of the run and number of the member, by which deviations are drawn.
     spline
         Pieces of cubics, to which those of worn profiles are added.
 
@@ -132,7 +132,7 @@ def _losses(stiffness: PathStiffness, which: int, crack: Crack) -> Floats:
     return found if which == 0 else found[::-1]
 
 
-def _deviation_rows(case: "Case", name: str, gear: DrawnGear, member: int) -> Floats | None:
+def _deviation_rows(case: "Train", name: str, gear: DrawnGear, member: tuple[int, int]) -> Floats | None:
     """Return rows (pitch, slope, form) [m] of material missing, two a tooth; None without deviations.
 
     A flank that stands counter-clockwise of its place has less material where the tooth lies on the counter-clockwise side of it.
@@ -140,7 +140,7 @@ def _deviation_rows(case: "Case", name: str, gear: DrawnGear, member: int) -> Fl
     """
     given, zero = geometry.gear_of(case, name), np.zeros(gear.teeth)
     if given.quality is not None:
-        seed = [case.run.seed, member, *geometry.full_name(case, name).encode()]
+        seed = [*member, *geometry.full_name(case, name).encode()]
         varying = float(gear.helix_angle == 0.0)
         drawn = draw_deviations(gear, given.quality, np.random.default_rng(seed))
         flanks = {

@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Final
 
-from gearplay.model import geometry
-from gearplay.model.allowance_range import backlash_range
-from gearplay.model.mesh_frequencies import mesh_frequencies, rolling_frame
+from gearplay.parts.mesh.allowance_range import backlash_range
+from gearplay.parts.mesh.frequencies import mesh_frequencies, rolling_frame
+from gearplay.parts.mesh.train import geometry
 from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
 
 SAME_ANGLE: Final = math.radians(5e-5)
 """Difference of angles [rad] that is not said."""
@@ -20,7 +20,7 @@ SAME_RATIO: Final = 5e-4
 """Difference of contact ratios that is not said."""
 
 
-def pair_findings(case: Case) -> Iterator[Finding]:
+def pair_findings(case: Train) -> Iterator[Finding]:
     """Yield a note for each pair of gears, with all names of identical pairs, such as those of planets."""
     alike: dict[tuple[Any, ...], list[int]] = {}
     for j, row in enumerate(pair_table(case)):
@@ -42,7 +42,7 @@ def pair_findings(case: Case) -> Iterator[Finding]:
         yield Finding("note", f"meshes.{meshes[0]}", words)
 
 
-def pair_table(case: Case) -> list[dict[str, Any]]:
+def pair_table(case: Train) -> list[dict[str, Any]]:
     """Return geometry [m, rad] at the nominal centres and frequencies [Hz] of every mesh, one JSON-able table each.
 
     The backlash is normal to the teeth.
@@ -72,7 +72,7 @@ def pair_table(case: Case) -> list[dict[str, Any]]:
     return rows
 
 
-def contact_ratios(case: Case, j: int) -> tuple[float, float]:
+def contact_ratios(case: Train, j: int) -> tuple[float, float]:
     """Return the least and the largest total contact ratio of mesh j with its centres anywhere in their clearances.
 
     Transverse and overlap ratio together; NaN where the pair cannot mesh at one of the distances.
@@ -88,7 +88,7 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _ratio(case: Case, j: int) -> str:
+def _ratio(case: Train, j: int) -> str:
     """Return contact ratio, working angle and limits of the path of contact as text."""
     pair = geometry.installed_pair(case, j)
     said = f"contact ratio {pair.contact_ratio:.4g}"
@@ -132,7 +132,7 @@ def _ratio(case: Case, j: int) -> str:
     return said
 
 
-def _frequencies(case: Case, j: int) -> str:
+def _frequencies(case: Train, j: int) -> str:
     found, frame = mesh_frequencies(case, j), rolling_frame(case, j)
     repeats = f"the same two teeth meet every {found.mesh_periods} mesh periods"
     if found.mesh == 0.0:

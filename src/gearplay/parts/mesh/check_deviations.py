@@ -6,17 +6,17 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from gearplay.model import geometry
-from gearplay.model.drawn_gears import follows_centres, gear_path
+from gearplay.parts.mesh.drawn_gears import follows_centres, gear_path
+from gearplay.parts.mesh.train import geometry
 from gearplay.schema.finding import Finding
 from gearplay.toothing.quality import gear_tolerances
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
+    from gearplay.parts.mesh.train.train import Train
     from gearplay.toothing.pair import GearPair
 
 
-def deviation_findings(case: Case) -> Iterator[Finding]:
+def deviation_findings(case: Train) -> Iterator[Finding]:
     """Yield findings about quality and tip relief, once for identical pairs, such as those of planets."""
     found = [each for j in range(len(case.meshes)) for each in _findings(case, j)]
     alike: dict[tuple[str, str], list[tuple[str, Finding]]] = {}
@@ -28,7 +28,7 @@ def deviation_findings(case: Case) -> Iterator[Finding]:
         yield Finding(first.severity, first.path, f"{labels}: {first.message}")
 
 
-def _findings(case: Case, j: int) -> Iterator[tuple[str, str, Finding]]:
+def _findings(case: Train, j: int) -> Iterator[tuple[str, str, Finding]]:
     """Yield findings of mesh j, each after the key of those that are alike and the name of the mesh."""
     mesh = case.meshes[j]
     pair = geometry.installed_pair(case, j)
@@ -72,7 +72,7 @@ def _findings(case: Case, j: int) -> Iterator[tuple[str, str, Finding]]:
     yield from _relieved(case, j, pair)
 
 
-def _relieved(case: Case, j: int, pair: GearPair) -> Iterator[tuple[str, str, Finding]]:
+def _relieved(case: Train, j: int, pair: GearPair) -> Iterator[tuple[str, str, Finding]]:
     """Yield a finding for tip relief that leaves less than one base pitch of the path of contact as it is."""
     mesh = case.meshes[j]
     reliefs = {

@@ -2,17 +2,14 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from gearplay.model import rolling
-from gearplay.model.set_point_packing import SetPoints
-from gearplay.parts.assembly import Assembly, blank
+from gearplay.parts.assembly import blank
 from gearplay.parts.drive import positioner
 from gearplay.parts.drive.schema import CascadeDrive, PositionDrive
+from gearplay.parts.drive.set_point_packing import add_set_point
+from gearplay.parts.protocol import Packing
 from gearplay.vocabulary.errors import InputError
-
-if TYPE_CHECKING:
-    from gearplay.model.case import Case
 
 
 @dataclass(frozen=True)
@@ -45,23 +42,22 @@ def loop_of(drive: PositionDrive | CascadeDrive, ratio: float) -> Loop:
     )
 
 
-def pack_position_loops(case: "Case", assembly: Assembly, rotors: Any, set_points: SetPoints) -> None:
+def pack_position_loops(packing: Packing) -> None:
     """Add an element for every rotor whose drive brings an angle to its set-point."""
-    places = {name: i for i, name in enumerate(case.rotors)}
-    for name, given in case.rotors.items():
+    for name, given in packing.bodies.items():
         drive = given.drive
-        if drive is None or drive.kind not in rolling.LOOPS:
+        if not isinstance(drive, (PositionDrive, CascadeDrive)):
             continue
         sensor, speed_sensor = drive.sensor or name, speed_sensor_of(drive, name)
-        turns = _turns(case, name, "sensor", sensor), _turns(case, name, "speed_sensor", speed_sensor)
+        turns = _turns(packing, name, "sensor", sensor), _turns(packing, name, "speed_sensor", speed_sensor)
         loop, record = loop_of(drive, turns[1] / turns[0]), blank(positioner.RECORD)
         record.rotor, record.sensor, record.speed_sensor = (
-            places[each] for each in (name, sensor, speed_sensor)
+            packing.place(each) for each in (name, sensor, speed_sensor)
         )
         record.sense = math.copysign(1.0, turns[0])
         record.speed_sense = record.sense * math.copysign(1.0, turns[1])
         record.angle = drive.angle if drive.over_time is None else drive.over_time.constant
-        wave = set_points.add(record, drive.over_time, of_speed=True, lead=loop.lead)
+        wave = add_set_point(packing, record, drive.over_time, of_speed=True, lead=loop.lead)
         record.proportional_gain, record.integral_gain = loop.proportional_gain, loop.integral_gain
         record.derivative_gain, record.share, record.lead = loop.derivative_gain, loop.share, loop.lead
         record.limit, record.lag = drive.torque_limit, drive.current_time
@@ -71,8 +67,8 @@ def pack_position_loops(case: "Case", assembly: Assembly, rotors: Any, set_point
         sampled = 2.0 * math.pi / drive.sample_time if drive.sample_time > 0.0 else 0.0
         lagging = 1.0 / drive.current_time if drive.current_time > 0.0 else 0.0
         joined = list(dict.fromkeys((record.rotor, record.sensor, record.speed_sensor)))
-        rotors[places[name]].controller = len(assembly.entries)
-        assembly.add(
+        packing.records[record.rotor].controller = len(packing.assembly.entries)
+        packing.assembly.add(
             positioner,
             name,
             record,
@@ -102,11 +98,11 @@ def _place_states(record: Any) -> int:
     return states
 
 
-def _turns(case: "Case", name: str, field: str, sensor: str) -> float:
+def _turns(packing: Packing, name: str, field: str, sensor: str) -> float:
     """Return the turns of a sensor's rotor per turn of the driven one."""
     if sensor == name:
         return 1.0
-    turns = rolling.ratio_between(case, name, sensor)
+    turns = packing.ratio(name, sensor)
     if turns == 0.0:
         rule = f"must be a rotor that turns with {name}"
         raise InputError.of(f"rotors.{name}.drive.{field}", sensor, rule, "Name one of the same train")

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from gearplay.model.tooth_deflections import (
+from gearplay.parts.mesh.flank import damping_ramp
+from gearplay.parts.mesh.tooth_deflections import (
     LEAST_DEPTH,
     UNKNOWN_LOAD_DEPTH,
     damping_depths,
     tooth_deflections,
 )
-from gearplay.model.tooth_loads import tooth_loads
-from gearplay.parts.mesh.flank import damping_ramp
+from gearplay.parts.mesh.tooth_loads import tooth_loads
 from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
-    from gearplay.model.case import Case
     from gearplay.parts.mesh.schema import Mesh
+    from gearplay.parts.mesh.train.train import Train
 
 HALF: Final = 0.5
 """Share of the full damping under load below which a depth is too large."""
@@ -25,7 +25,7 @@ STEEP: Final = 0.05
 """Depth over the deflection under load below which a ramp is nearly a jump."""
 
 
-def damping_findings(case: Case) -> Iterator[Finding]:
+def damping_findings(case: Train) -> Iterator[Finding]:
     """Yield findings about the tooth damping of a valid case under its load; equal texts of several meshes once."""
     case = case.operating
     loads, deflections, depths = tooth_loads(case), tooth_deflections(case), damping_depths(case)
