@@ -43,6 +43,10 @@ from gearplay.parts.mesh.geometry import (
 )
 from gearplay.parts.mesh.pairs.friction import SLIDING, arms_of, grip_of, sliding_of
 from gearplay.parts.mesh.pairs.overlap import (
+    largest_overlap,
+    line_of_flank,
+    modulo,
+    numbered_pair,
     overlap_rate,
     pair_overlap,
     penetration_rate,
@@ -52,17 +56,28 @@ from gearplay.parts.mesh.pairs.record import FLANKS, LEAD, SEGMENT
 from gearplay.parts.mesh.tooth_stiffness import mesh_stiffness, stiffness_slope
 
 LAG = FORCE_Y
-"""Column of a flank's row of the contact table: overlap of the deepest other pair less that of the lead [m]."""
+"""Column of a flank's row of the contact table: overlap of the deepest other pair less that of the lead [m], -1 while open."""
 
 
 @compiled_inline
 def deepest_slot(mesh: Any, system: System, out: Floats, flank: int, other: int) -> tuple[int, float]:
-    """Return the slot of a flank's deepest pair but that in slot ``other``, -1 for all, and its penetration [m]."""
+    """Return the slot of a flank's deepest pair but that in slot ``other``, -1 for all, and its penetration [m].
+
+    From mid-path outwards; a pair is evaluated where its `largest_overlap` exceeds the penetration found so far.
+    """
+    line = line_of_flank(mesh, out, flank)
+    half = 0.5 * mesh.pairs
+    ahead = (line.first - mesh.shift - mesh.middle) / mesh.base_pitch
+    nearest = math.floor(0.5 - ahead)
     found, deepest = -1, -math.inf
-    for slot in range(mesh.pairs):
-        if slot == other:
+    for step in range(mesh.pairs):
+        number = nearest + ((step + 1) // 2 if step % 2 == 1 else -(step // 2))
+        if ahead + number >= half:
+            number -= mesh.pairs
+        slot = modulo(number, float(mesh.pairs))
+        if slot == other or largest_overlap(mesh, system, out, flank, line, number) <= deepest:
             continue
-        penetration = pair_overlap(mesh, system, out, flank, slot).penetration
+        penetration = numbered_pair(mesh, system, out, flank, line, number).penetration
         if penetration > deepest:
             found, deepest = slot, penetration
     return found, deepest
@@ -93,7 +108,9 @@ def press_envelope(system: System, n: int, branch: Branch, loads: Loads) -> None
         rate, _, rate_1, _ = overlap_rate(mesh, out, flank, pair)
         p, moving = pair.penetration, penetration_rate(pair, rate, rate_1)
         contacts[k, PENETRATION], contacts[k, RATE] = p, moving
-        contacts[k, LAG] = deepest_slot(mesh, system, out, flank, lead)[1] - p
+        contacts[k, LAG] = -1.0
+        if modes[k] != OPEN:
+            contacts[k, LAG] = deepest_slot(mesh, system, out, flank, lead)[1] - p
         past = modes[mesh.mode + flank]
         force, contacts[k, MARGIN] = flank_force(mesh, k_mesh, p, moving, past, flank)
         contacts[k, FORCE] = force if modes[k] == LOADED else 0.0

@@ -78,22 +78,81 @@ def sense(mesh: Any, flank: int) -> float:
     return float(mesh.sigma * (1.0 - 2.0 * flank))
 
 
+class Line(NamedTuple):
+    """Line of action of a flank: gap of its involutes [m], length L of the tangent of both base circles [m], alpha_w [rad].
+
+    ``first`` is the place of pair 0 on the driver's path [m].
+    """
+
+    gap: float
+    length: float
+    alpha: float
+    first: float
+
+
 @compiled_inline
-def place_of_pair(mesh: Any, out: Floats, flank: int, slot: int, alpha: float) -> tuple[float, int]:
-    """Return the place of the pair in a slot on the driver's path [m], and its number; alpha_w [rad].
+def line_of_flank(mesh: Any, out: Floats, flank: int) -> Line:
+    """Return the line of action of a flank, its mesh's gaps in the scratch (`mesh_gaps`).
 
     Where mesh phase and phi are 0 a tooth of the driver is on the line of centres, the space of a ring half a pitch on.
     """
-    teeth, base = mesh.teeth_1, mesh.base_1
-    offset = 0.0
+    length = out[SIN_W] * out[DISTANCE]
+    alpha = length / mesh.c0 - (mesh.inv_alpha0 + out[OPENING] / mesh.c0)
+    opened = mesh.s * out[OPENING]
+    gap = -out[ROLLED] - opened if flank == 0 else out[ROLLED] - opened + mesh.backlash
+    teeth, base, offset = mesh.teeth_1, mesh.base_1, 0.0
     if mesh.ring_drives == 1:
         teeth, base, offset = mesh.teeth_2, mesh.base_2, 0.5
     pitches = sense(mesh, flank) * (out[PSI] + mesh.pair_phase - teeth * out[PHI]) / TWO_PI + offset
     first = mesh.base_pitch * pitches + base * (mesh.half_angle + alpha)
-    ahead = (first - mesh.shift - mesh.middle) / mesh.base_pitch + slot
+    return Line(gap, length, alpha, first)
+
+
+@compiled_inline
+def number_in_slot(mesh: Any, line: Line, slot: int) -> int:
+    """Return the number of the pair in a slot: of those that share it the one within half the slots from mid-path."""
+    ahead = (line.first - mesh.shift - mesh.middle) / mesh.base_pitch + slot
     turns = math.floor((ahead + 0.5 * mesh.pairs) / mesh.pairs)
-    number = int(slot - mesh.pairs * turns)
-    return first + number * mesh.base_pitch, number
+    return int(slot - mesh.pairs * turns)
+
+
+@compiled_inline
+def places_of_pair(mesh: Any, line: Line, number: int) -> tuple[float, float, float]:
+    """Return the places of pair ``number`` on the driver's path and on those of both gears, rho_1 and rho_2 [m]."""
+    place = line.first + number * mesh.base_pitch
+    if mesh.ring_drives == 1:
+        return place, place - line.gap - line.length, place
+    if mesh.s < 0.0:
+        return place, place, line.length - line.gap - place
+    return place, place, place + line.length + line.gap
+
+
+@compiled_inline
+def part_in_touch(mesh: Any, rho_1: float, rho_2: float) -> int:
+    """Return the part of a pair that would touch at places on both paths: flanks, a tip's corner, or none near contact."""
+    if mesh.corners == 0:
+        inside = min(rho_1 - mesh.start, mesh.end - rho_1)
+        return AWAY if inside < -BEYOND * mesh.base_pitch else ON_FLANK
+    if rho_1 < -INTERFERING * mesh.base_pitch:
+        return AWAY
+    reach = BEYOND * mesh.base_pitch
+    beyond_1 = rho_1 - mesh.tip_length_1
+    beyond_2 = -mesh.s * (rho_2 - mesh.tip_length_2)
+    if beyond_2 > 0.0:
+        return TIP_OF_2 if beyond_2 < reach else AWAY
+    if beyond_1 > 0.0:
+        return TIP_OF_1 if beyond_1 < reach else AWAY
+    return ON_FLANK
+
+
+@compiled_inline
+def modulo(number: int, count: float) -> int:
+    """Return ``number`` modulo ``count``, both whole: faster than the division of integers.
+
+    >>> modulo(-1, 20.0), modulo(40, 20.0)
+    (19, 0)
+    """
+    return int(number - count * math.floor(number / count))
 
 
 @compiled_inline
@@ -106,7 +165,7 @@ def teeth_of_pair(mesh: Any, flank: int, number: int) -> tuple[int, int]:
         one, other = (number, number + 1) if forwards else (-number - 1, -number - 1)
     else:
         one, other = (number, number) if forwards else (-number, -number - 1)
-    return (one + mesh.number_1) % int(mesh.teeth_1), (other + mesh.number_2) % int(mesh.teeth_2)
+    return modulo(one + mesh.number_1, mesh.teeth_1), modulo(other + mesh.number_2, mesh.teeth_2)
 
 
 @compiled_inline
@@ -256,6 +315,29 @@ def deviations(
 
 
 @compiled_inline
+def least_deviation(system: System, at: int, low: float, high: float, place: float) -> float:
+    """Return a bound of `tooth_deviation` [m] from below: pitch, slope and the least of form; all else takes material away."""
+    if at < 0:
+        return 0.0
+    row = system.terms[at]
+    return row[0] + row[1] * (height_at(low, high, place)[0] - 0.5) + min(row[2], 0.0)
+
+
+@compiled_inline
+def largest_overlap(mesh: Any, system: System, out: Floats, flank: int, line: Line, number: int) -> float:
+    """Return a bound of the penetration of pair ``number`` of a flank [m] from above: corners lie above the involutes' gap."""
+    _, rho_1, rho_2 = places_of_pair(mesh, line, number)
+    if part_in_touch(mesh, rho_1, rho_2) == AWAY:
+        return out[P_D + flank] - FAR * mesh.base_pitch
+    at_1, at_2 = flank_rows(mesh, flank, number)
+    least = least_deviation(system, at_1, mesh.low_1, mesh.high_1, rho_1)
+    least += least_deviation(system, at_2, mesh.low_2, mesh.high_2, rho_2)
+    least += relief(mesh.relief_1, mesh.relief_length_1, mesh.relief_power_1, mesh.tip_length_1, 1.0, rho_1)[0]
+    least += relief(mesh.relief_2, mesh.relief_length_2, mesh.relief_power_2, mesh.tip_length_2, -mesh.s, rho_2)[0]
+    return out[P_D + flank] - least
+
+
+@compiled_inline
 def stiffness_at(mesh: Any, system: System, place: float) -> tuple[float, float]:
     """Return stiffness [N/m] of a pair at a place on the first gear's path [m] and its slope, beyond the path that of its end."""
     first = mesh.stiffness_start
@@ -312,51 +394,36 @@ def corner(
 @compiled_inline
 def pair_overlap(mesh: Any, system: System, out: Floats, flank: int, slot: int) -> Pair:
     """Return the pair of teeth in a slot of a flank, its mesh's gaps in the scratch (`mesh_gaps`)."""
-    s, A = mesh.s, out[DISTANCE]
-    L = out[SIN_W] * A
-    alpha = L / mesh.c0 - (mesh.inv_alpha0 + out[OPENING] / mesh.c0)
-    opened = s * out[OPENING]
-    g = -out[ROLLED] - opened if flank == 0 else out[ROLLED] - opened + mesh.backlash
-    place, number = place_of_pair(mesh, out, flank, slot, alpha)
-    if mesh.ring_drives == 1:
-        rho_1, rho_2 = place - g - L, place
-    elif s < 0.0:
-        rho_1, rho_2 = place, L - g - place
-    else:
-        rho_1, rho_2 = place, place + L + g
+    line = line_of_flank(mesh, out, flank)
+    return numbered_pair(mesh, system, out, flank, line, number_in_slot(mesh, line, slot))
+
+
+@compiled_inline
+def numbered_pair(mesh: Any, system: System, out: Floats, flank: int, line: Line, number: int) -> Pair:
+    """Return pair ``number`` of a flank, ``line`` its line of action."""
+    s, A, alpha = mesh.s, out[DISTANCE], line.alpha
+    place, rho_1, rho_2 = places_of_pair(mesh, line, number)
     place -= mesh.shift
     dev, by_1, by_2, dev_1, dev_2 = deviations(mesh, system, flank, number, rho_1, rho_2)
     p = out[P_D + flank] - dev
     sine = out[SIN_W]
     by_a, p_1, p_2 = s * sine, mesh.base_1, -s * mesh.base_2
     bend_aa, bend_az, bend_zz, length = s * mesh.c0 * mesh.c0 / (A * A * A * sine), 0.0, 0.0, 0.0
-    touching = ON_FLANK
+    touching = part_in_touch(mesh, rho_1, rho_2)
     inside = min(rho_1 - mesh.start, mesh.end - rho_1)
-    if mesh.corners == 1:
-        reach = BEYOND * mesh.base_pitch
-        beyond_1 = rho_1 - mesh.tip_length_1
-        beyond_2 = -s * (rho_2 - mesh.tip_length_2)
-        if beyond_2 > 0.0:
-            touching = TIP_OF_2 if beyond_2 < reach else AWAY
-        elif beyond_1 > 0.0:
-            touching = TIP_OF_1 if beyond_1 < reach else AWAY
-        if touching == TIP_OF_2:
-            zeta, z = rho_1 / mesh.base_1 - alpha, rho_2 / mesh.base_2 - alpha - mesh.tip_involute_2
-            gap, d_a, d_z, h_aa, h_az, h_zz, length = corner(A, mesh.base_1, zeta, mesh.tip_2, z, -s, s, 1.0)
-            if length > 0.0:
-                p += g - gap
-                by_a, p_1, p_2 = -d_a, mesh.base_1, -d_z
-                bend_aa, bend_az, bend_zz = -h_aa, -h_az, -h_zz
-        elif touching == TIP_OF_1:
-            zeta, z = rho_2 / mesh.base_2 - alpha, rho_1 / mesh.base_1 - alpha - mesh.tip_involute_1
-            gap, d_a, d_z, h_aa, h_az, h_zz, length = corner(A, mesh.base_2, zeta, mesh.tip_1, z, 1.0, s, -s)
-            if length > 0.0:
-                p += g - gap
-                by_a, p_1, p_2 = -d_a, -d_z, -s * mesh.base_2
-                bend_aa, bend_az, bend_zz = -h_aa, -h_az, -h_zz
-        if (touching != ON_FLANK and length == 0.0) or rho_1 < -INTERFERING * mesh.base_pitch:
-            touching = AWAY
-    elif inside < -BEYOND * mesh.base_pitch:
+    if touching == TIP_OF_2:
+        zeta, z = rho_1 / mesh.base_1 - alpha, rho_2 / mesh.base_2 - alpha - mesh.tip_involute_2
+        gap, d_a, d_z, h_aa, h_az, h_zz, length = corner(A, mesh.base_1, zeta, mesh.tip_2, z, -s, s, 1.0)
+        p += line.gap - gap
+        by_a, p_1, p_2 = -d_a, mesh.base_1, -d_z
+        bend_aa, bend_az, bend_zz = -h_aa, -h_az, -h_zz
+    elif touching == TIP_OF_1:
+        zeta, z = rho_2 / mesh.base_2 - alpha, rho_1 / mesh.base_1 - alpha - mesh.tip_involute_1
+        gap, d_a, d_z, h_aa, h_az, h_zz, length = corner(A, mesh.base_2, zeta, mesh.tip_1, z, 1.0, s, -s)
+        p += line.gap - gap
+        by_a, p_1, p_2 = -d_a, -d_z, -s * mesh.base_2
+        bend_aa, bend_az, bend_zz = -h_aa, -h_az, -h_zz
+    if touching != ON_FLANK and length == 0.0:
         touching = AWAY
     penetration, edge = p, 0.0
     if touching == AWAY:
