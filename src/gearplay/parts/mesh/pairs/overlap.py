@@ -332,8 +332,11 @@ def largest_overlap(mesh: Any, system: System, out: Floats, flank: int, line: Li
     at_1, at_2 = flank_rows(mesh, flank, number)
     least = least_deviation(system, at_1, mesh.low_1, mesh.high_1, rho_1)
     least += least_deviation(system, at_2, mesh.low_2, mesh.high_2, rho_2)
-    least += relief(mesh.relief_1, mesh.relief_length_1, mesh.relief_power_1, mesh.tip_length_1, 1.0, rho_1)[0]
-    least += relief(mesh.relief_2, mesh.relief_length_2, mesh.relief_power_2, mesh.tip_length_2, -mesh.s, rho_2)[0]
+    first = relief(mesh.relief_1, mesh.relief_length_1, mesh.relief_power_1, mesh.tip_length_1, 1.0, rho_1)
+    second = relief(
+        mesh.relief_2, mesh.relief_length_2, mesh.relief_power_2, mesh.tip_length_2, -mesh.s, rho_2
+    )
+    least = least + first[0] + second[0]
     return out[P_D + flank] - least
 
 
