@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import ConfigDict, Field, ValidationError, model_validator
 
 from gearplay.model.wording import translate
 from gearplay.schema.fields import Measure, Part, Problem, refuse
@@ -82,6 +82,8 @@ class Policy(Part):
      'run.max_wall_time': None}
 
     """
+
+    model_config = ConfigDict(defer_build=False)
 
     tolerance: Tolerance = DEFAULT_TOLERANCE
     fixed_step: FixedStep | None = None
