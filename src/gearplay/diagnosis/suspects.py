@@ -13,6 +13,7 @@ from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.measures import PARTS
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
+from gearplay.parts.bearing.faults import touching
 from gearplay.parts.mesh.train.geometry import full_name, gear_of, pair_of, working_backlash
 from gearplay.vocabulary.errors import InputError
 
@@ -114,9 +115,7 @@ def _faults(case: Case, machine: Machine, h: Hypothesis, loads: Mapping[str, flo
         rotor = machine.bearings[h.place].rotor
         if rotor in case.bearings and h.kind == "cage":
             bearing = case.bearings[rotor]
-            room = 2.0 * math.pi / bearing.elements - 2.0 * math.asin(
-                bearing.element_size / bearing.pitch_size
-            )
+            room = 2.0 * math.pi / bearing.elements - touching(bearing)
             angles = [share * room for share in POCKETS]
             suspect = made(h.name, "cage", "angle", "offset of an element", angles, at=rotor)
             yield dataclasses.replace(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from gearplay.model.pack import pack
 from gearplay.parts.mesh.drawn_gears import gear_path, mesh_path, tooth_faults
-from gearplay.parts.mesh.faults import WearFault
+from gearplay.parts.mesh.faults import DEEPEST, WearFault
 from gearplay.parts.mesh.pairs.tooth_rows import profile_pieces
 from gearplay.parts.mesh.teeth_stiffness import stiffness_over_path
 from gearplay.parts.mesh.train import geometry
@@ -252,8 +252,8 @@ def worn_faults(case: Case, depths: dict[tuple[str, str], Floats]) -> list[dict[
 
 
 def thickest_wear(case: Case, flank: list[Contact]) -> float:
-    """Return the greatest depth of wear [m] of a flank that is computed: half of a tooth, at most 10 mm."""
-    return min(0.25 * _ends(case, flank[0])[2], 0.01)
+    """Return the greatest depth of wear [m] of a flank that is computed: half of a tooth, at most that of a fault."""
+    return min(0.25 * _ends(case, flank[0])[2], DEEPEST)
 
 
 def worn_volume(case: Case, flank: list[Contact], depth: Floats) -> float:

@@ -23,6 +23,7 @@ from gearplay.life.flanks import (
 )
 from gearplay.life.result import COLUMNS, COORDINATES, Wear, worn
 from gearplay.parts.mesh.train import geometry
+from gearplay.parts.sleeve.schema import MOST_CLEARANCE
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of, simulate
 from gearplay.vocabulary.errors import NO_VALUE, InputError, SimulationError
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
     from gearplay.vocabulary.progress import Progress
 
 BLOCKS = 10
-MOST_CLEARANCE = 0.1
-"""Largest radial clearance of a plain bearing [m] that a case may have."""
 SIGNALS = ["theta", "omega"]
 
 

@@ -39,12 +39,13 @@ OTHERS: Final[Mapping[int, Sequence[Callable[[Packing], None]]]] = MappingProxyT
 def pack_elements(packing: Packing) -> None:
     """Add the elements of all parts; of a carried rotor the first that holds it takes the damping of the centre's motion."""
     train: Train = packing.train
+    holders, joints = list(train.every_holder()), list(train.named_joints())
     for kind in range(len(KINDS)):
-        for _, name, part in train.every_holder():
+        for _, name, part in holders:
             if part.kind == kind:
                 first = part.on is not None and part is train.holders(name)[0]
                 part.pack(packing, name, train.rotors[name].radial_damping if first else 0.0)
-        for _, name, joint in train.named_joints():
+        for _, name, joint in joints:
             if joint.kind == kind:
                 joint.pack(packing, name)
         for add in OTHERS.get(kind, ()):

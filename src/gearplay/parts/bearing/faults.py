@@ -34,6 +34,11 @@ def gaps_of(offsets: Sequence[float]) -> list[float]:
     return [pitch + after - own for own, after in zip(offsets, [*offsets[1:], offsets[0]], strict=True)]
 
 
+def touching(bearing: Any) -> float:
+    """Return the angle between two elements that touch each other [rad]."""
+    return 2.0 * math.asin(bearing.element_size / bearing.pitch_size)
+
+
 def _of_no_element(element: int, bearing: Any) -> Iterator[Problem]:
     if element >= bearing.elements:
         rule = f"must be less than {bearing.elements}, the number of elements, counted from 0"
@@ -153,19 +158,19 @@ class CageFault(PartFault):
 
     def misfits(self, part: Any, others: Sequence[PartFault]) -> Iterator[Problem]:
         """Yield an element that the bearing lacks, that another fault places too, or that would run into its neighbour."""
-        if self.element >= part.elements:
-            yield from _of_no_element(self.element, part)
+        lacks = list(_of_no_element(self.element, part))
+        if lacks:
+            yield from lacks
             return
         placed = {other.element for other in others if isinstance(other, CageFault)}
         if self.element in placed:
             rule = "must not be that of another fault of this cage"
             yield Problem(("element",), rule, "Keep one of the two")
             return
-        touching = 2.0 * math.asin(part.element_size / part.pitch_size)
-        offsets = offsets_of((self, *others), part)
+        offsets, least = offsets_of((self, *others), part), touching(part)
         gaps, before = gaps_of(offsets), (self.element - 1) % part.elements
-        low = offsets[self.element] - gaps[before] + touching
-        high = offsets[self.element] + gaps[self.element] - touching
+        low = offsets[self.element] - gaps[before] + least
+        high = offsets[self.element] + gaps[self.element] - least
         if not low < self.angle < high:
             rule = (
                 f"must be between {math.degrees(low):.4g} and {math.degrees(high):.4g} deg, "

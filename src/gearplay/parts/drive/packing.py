@@ -18,7 +18,10 @@ NO_LIMIT: Final = LARGEST[q.TORQUE.name]
 def pack_servos(packing: Packing) -> None:
     """Add an element for every rotor with a servo or a motor, and note the prescribed speeds over time."""
     for i, (name, given) in enumerate(packing.bodies.items()):
-        drive, s = given.drive, blank(servo.RECORD)
+        drive = given.drive
+        if not isinstance(drive, (MotorDrive, ServoDrive)):
+            continue
+        s = blank(servo.RECORD)
         s.rotor = i
         if isinstance(drive, MotorDrive):
             s.gain, s.limit = drive.proportional_gain, NO_LIMIT
@@ -28,7 +31,7 @@ def pack_servos(packing: Packing) -> None:
             )
             wave = add_set_point(packing, s, drive.over_time, scale=1.0 / drive.torque_constant)
             _add(packing, name, s, states=2, rate=max(wave, 1.0 / s.lag))
-        elif isinstance(drive, ServoDrive):
+        else:
             s.speed = drive.speed if drive.over_time is None else drive.over_time.constant
             rate = add_set_point(packing, s, drive.over_time)
             s.gain, s.integral_gain, s.limit = (

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field, model_validator
 
@@ -24,8 +24,10 @@ Flank = Annotated[
     Literal["left", "right", "both"],
     Field(description="left is the counter-clockwise flank of an external tooth, of a ring the other one"),
 ]
-Depth = Annotated[float, Measure(q.LENGTH, "material missing, normal to the flank", gt=0.0, le=0.01)]
-Worn = Annotated[float, Measure(q.LENGTH, "material missing, normal to the flank", ge=0.0, le=0.01)]
+DEEPEST: Final = 0.01
+"""Largest depth [m] of material that is missing."""
+Depth = Annotated[float, Measure(q.LENGTH, "material missing, normal to the flank", gt=0.0, le=DEEPEST)]
+Worn = Annotated[float, Measure(q.LENGTH, "material missing, normal to the flank", ge=0.0, le=DEEPEST)]
 CLOSEST = 1e-3
 """Least distance of two points of a worn profile, in heights."""
 Height = Annotated[

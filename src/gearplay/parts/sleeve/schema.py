@@ -24,6 +24,8 @@ from gearplay.schema.finding import Finding
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import NO_VALUE, InputError
 
+MOST_CLEARANCE = 0.1
+"""Largest radial clearance [m]."""
 TYPICAL_DEPTH = 1e-6
 """Penetration [m] at which a contact's angular frequency is estimated."""
 
@@ -63,7 +65,7 @@ class Sleeve(Holder):
     has_clearance: ClassVar[bool] = True
 
     radial_clearance: Annotated[
-        float, Measure(q.LENGTH, "radius of the bush minus radius of the journal", ge=0.0, le=0.1)
+        float, Measure(q.LENGTH, "radius of the bush minus radius of the journal", ge=0.0, le=MOST_CLEARANCE)
     ]
     law: Annotated[Law, Field(description="contact law")] = "lankarani-nikravesh"
     exponent: Annotated[float, Measure(None, "exponent of the penetration", ge=1.0, le=3.0)] = 1.5

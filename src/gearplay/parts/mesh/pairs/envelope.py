@@ -50,6 +50,7 @@ from gearplay.parts.mesh.pairs.overlap import (
     overlap_rate,
     pair_overlap,
     penetration_rate,
+    pitches_ahead,
     sense,
 )
 from gearplay.parts.mesh.pairs.record import FLANKS, LEAD, SEGMENT
@@ -67,7 +68,7 @@ def deepest_slot(mesh: Any, system: System, out: Floats, flank: int, other: int)
     """
     line = line_of_flank(mesh, out, flank)
     half = 0.5 * mesh.pairs
-    ahead = (line.first - mesh.shift - mesh.middle) / mesh.base_pitch
+    ahead = pitches_ahead(mesh, line)
     nearest = math.floor(0.5 - ahead)
     found, deepest = -1, -math.inf
     for step in range(mesh.pairs):

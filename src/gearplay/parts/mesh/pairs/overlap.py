@@ -109,9 +109,15 @@ def line_of_flank(mesh: Any, out: Floats, flank: int) -> Line:
 
 
 @compiled_inline
+def pitches_ahead(mesh: Any, line: Line) -> float:
+    """Return the place of pair 0 beyond mid-path, in base pitches."""
+    return float((line.first - mesh.shift - mesh.middle) / mesh.base_pitch)
+
+
+@compiled_inline
 def number_in_slot(mesh: Any, line: Line, slot: int) -> int:
     """Return the number of the pair in a slot: of those that share it the one within half the slots from mid-path."""
-    ahead = (line.first - mesh.shift - mesh.middle) / mesh.base_pitch + slot
+    ahead = pitches_ahead(mesh, line) + slot
     turns = math.floor((ahead + 0.5 * mesh.pairs) / mesh.pairs)
     return int(slot - mesh.pairs * turns)
 
@@ -330,14 +336,13 @@ def largest_overlap(mesh: Any, system: System, out: Floats, flank: int, line: Li
     if part_in_touch(mesh, rho_1, rho_2) == AWAY:
         return out[P_D + flank] - FAR * mesh.base_pitch
     at_1, at_2 = flank_rows(mesh, flank, number)
-    least = least_deviation(system, at_1, mesh.low_1, mesh.high_1, rho_1)
-    least += least_deviation(system, at_2, mesh.low_2, mesh.high_2, rho_2)
+    one = least_deviation(system, at_1, mesh.low_1, mesh.high_1, rho_1)
+    other = least_deviation(system, at_2, mesh.low_2, mesh.high_2, rho_2)
     first = relief(mesh.relief_1, mesh.relief_length_1, mesh.relief_power_1, mesh.tip_length_1, 1.0, rho_1)
     second = relief(
         mesh.relief_2, mesh.relief_length_2, mesh.relief_power_2, mesh.tip_length_2, -mesh.s, rho_2
     )
-    least = least + first[0] + second[0]
-    return out[P_D + flank] - least
+    return out[P_D + flank] - (one + other + first[0] + second[0])
 
 
 @compiled_inline
