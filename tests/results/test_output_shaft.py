@@ -71,6 +71,18 @@ def test_output__slow_tooth_error() -> None:
     assert f"{angle:.3g} arcsec" in dict(shaft.rows())["transmission error, peak to peak"]
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.5 * math.pi, 4.0])
+def test_output__wind_up_free_of_errors_at_the_start(phase: float) -> None:
+    """Over whole turns a tooth error and a run-out leave the mean lag at that of the load, wherever they are at the start."""
+    case = pair(mesh={"transmission_error": [{"order": 1, "amplitude": 5e-6, "phase": phase}]})
+    case["rotors"]["pinion"]["drive"]["speed"] = 40.0 * math.pi
+    case["rotors"]["gear"]["runout"] = {"amplitude": 5e-6, "phase": phase}
+    case["rotors"]["gear"]["initial"] = {"theta": 1e-3}
+    shaft = gp.simulate(case).output
+    force = 30.0 / RADIUS["gear"]
+    assert shaft.values["wind_up"] == pytest.approx(force / STIFFNESS / RADIUS["gear"], rel=2e-3)
+
+
 def test_output__torque_is_what_the_teeth_deliver() -> None:
     """Torque of the shaft from load and inertia equals that from the tooth force, in the mean of each sampling interval."""
     case = pair(mesh={"transmission_error": [{"order": 1, "amplitude": 5e-6, "phase": 0.0}]})

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed, pack
+from gearplay.model.perfect import perfect_rotor
 from gearplay.parts.drive.schema import (
     CascadeDrive,
     MotorDrive,
@@ -24,7 +25,6 @@ from gearplay.parts.mesh.mesh_stiffness import pack_stiffness
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.mesh.stiffness import HarmonicStiffness
 from gearplay.parts.mesh.train import geometry, rolling
-from gearplay.parts.rotor.gear import Runout
 from gearplay.parts.rotor.schema import Load, Rotor
 from gearplay.parts.support.schema import Support
 from gearplay.parts.tables import HOLDERS
@@ -135,18 +135,14 @@ def _rotor(rotor: Rotor, speed: float, sense: float, *, loaded: bool) -> Rotor:
         new = drive.model_copy(
             update={**quiet, "over_time": None} | ({} if drive.kind == "position" else {"position_every": 1})
         )
-    perfect = {"runout": Runout(), "tip_relief": None, "quality": None, "deviations": None}
-    gears = FrozenTable({key: gear.model_copy(update=perfect) for key, gear in rotor.gears.items()})
     changes = {
         "drive": new,
         "load": Load(drag=rotor.load.drag),
-        **perfect,
-        "gears": gears,
         "unbalance": None,
         "temperature": None,
     }
     start = rotor.initial.model_copy(update={"vx": 0.0, "vy": 0.0, "theta": None, "omega": None})
-    return rotor.model_copy(update={**changes, "initial": start})
+    return perfect_rotor(rotor).model_copy(update={**changes, "initial": start})
 
 
 def _servo_springs(case: Case) -> dict[str, Support]:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.initial import initial_state
-from gearplay.model.pack import Packed
+from gearplay.model.pack import Packed, pack
+from gearplay.model.perfect import perfect_case
 from gearplay.parts.mesh.train import geometry, rolling
 from gearplay.parts.mesh.train.traversal import rotor_order
 from gearplay.pictures.words import significant
@@ -209,8 +210,13 @@ def output_shaft(
 
 
 def start_of(case: Case, packed: Packed, at: str, lead: str, ratio: float) -> float:
-    """Return theta - ratio theta_lead [rad] where drive flanks just touch, from which the transmission error counts."""
-    names, start = list(case.rotors), initial_state(case, packed)
+    """Return theta - ratio theta_lead [rad] where drive flanks of perfect, centred gears just touch.
+
+    The transmission error counts from there; run-out and errors of teeth at the start do not shift it.
+    """
+    perfect = perfect_case(case)
+    names = list(case.rotors)
+    start = initial_state(perfect, packed if perfect is case else pack(perfect, moves=False))
     return float(start[3 * names.index(at) + 2] - ratio * start[3 * names.index(lead) + 2])
 
 
