@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+VIEW = {"viewport": {"width": 1400, "height": 1000}}
 COMMAND = "from gearplay.cli.main import main; main()"
 
 
@@ -105,11 +106,15 @@ class Server:
 
 
 class Visit:
-    """A page that is open, with all that it complained about and asked for."""
+    """A page that is open, with all that it complained about and asked for.
 
-    def __init__(self, browser: Any, url: str, **more: Any) -> None:
-        self.context = browser.new_context(**{"viewport": {"width": 1400, "height": 1000}, **more})
+    It is a tab of the context given, else of a context of its own: that of a first visit.
+    """
+
+    def __init__(self, browser: Any, url: str, context: Any = None, **more: Any) -> None:
+        self.context = context or browser.new_context(**{**VIEW, **more})
         self.page = self.context.new_page()
+        self._closed = self.page if context else self.context
         self.complaints: list[str] = []
         self.asked: list[str] = []
         self.page.on(
@@ -120,7 +125,7 @@ class Visit:
         self.page.on("dialog", lambda d: (self.complaints.append(f"dialog: {d.message}"), d.dismiss()))
         self.page.goto(url)
 
-    def until(self, expression: str, seconds: float = 20.0) -> Any:
+    def until(self, expression: str, seconds: float = 60.0) -> Any:
         """Wait until an expression in the page is true; return it."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -152,4 +157,4 @@ class Visit:
         )
 
     def close(self) -> None:
-        self.context.close()
+        self._closed.close()

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from serving import Server, Visit, find_browser, launch
+from serving import VIEW, Server, Visit, find_browser, launch
 
 
 @pytest.fixture(scope="session")
@@ -32,13 +32,22 @@ def chromium() -> Iterator[Any]:
         browser.close()
 
 
+@pytest.fixture(scope="session")
+def returning(chromium: Any) -> Any:
+    """Return a context of the browser that has its files already, and draws no motion of its own accord."""
+    return chromium.new_context(**VIEW, reduced_motion="reduce")
+
+
 @pytest.fixture
-def visit(chromium: Any, server: Server) -> Iterator[Callable[..., Visit]]:
-    """Open the served page; at the end nothing may have been complained about, and nothing have left the machine."""
+def visit(chromium: Any, returning: Any, server: Server) -> Iterator[Callable[..., Visit]]:
+    """Open the served page; at the end nothing may have been complained about, and nothing have left the machine.
+
+    What is asked of the browser, such as its size, makes a first visit in a context of its own.
+    """
     made: list[Visit] = []
 
     def open_(path: str = "/", **more: Any) -> Visit:
-        made.append(Visit(chromium, server.url + path, **more))
+        made.append(Visit(chromium, server.url + path, None if more else returning, **more))
         return made[-1]
 
     yield open_

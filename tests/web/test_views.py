@@ -138,7 +138,7 @@ def test_models_side_by_side_or_alone(visit: Open) -> None:
 
 @pytest.mark.slow
 def test_play_pause_and_scrub(visit: Open) -> None:
-    made = visit().ready()
+    made = visit("/", reduced_motion="no-preference").ready()
     made.page.click("#play")
     assert made.page.text_content("#play") == "Play"
     first = made.page.text_content("#clock")
@@ -160,7 +160,7 @@ def test_clearances_are_magnified_by_a_factor_that_is_shown(visit: Open) -> None
 
 @pytest.mark.deep
 def test_the_picture_moves(visit: Open) -> None:
-    made = visit().ready()
+    made = visit("/", reduced_motion="no-preference").ready()
     made.page.select_option("#slow", "1")
     first = made.page.evaluate("document.querySelector('#stage canvas').toDataURL()")
     made.until(f"document.querySelector('#stage canvas').toDataURL() !== {json.dumps(first)}")
