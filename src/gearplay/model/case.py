@@ -28,7 +28,7 @@ from gearplay.parts.bearing.schema import Bearing
 from gearplay.parts.coupling.schema import Coupling
 from gearplay.parts.environment import Environment
 from gearplay.parts.faults import AnyFault
-from gearplay.parts.mesh.drawn_gears import drawn_faults
+from gearplay.parts.mesh.drawn_gears import drawn_faults, draws_deviations, printed_faults
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.planetary.expansion import set_faults, with_members, without_members
 from gearplay.parts.protocol import Holder, Joint
@@ -68,7 +68,6 @@ else:
     Base, Planetary = Annotated[Any, Later(_base)], Annotated[Any, Later(_planetary)]
 
 NO_ROTORS: Final = Fault("rotors", NO_VALUE, "must have 1 to 200 entries", "Add or remove entries")
-_NOT_PRINTED = "must be 0 as published, where teeth have no friction"
 
 Acceleration = Annotated[float, Measure(q.ACCELERATION, "gravity along this axis")]
 
@@ -266,15 +265,8 @@ class Case(Part):
         faults = [
             *cross_faults(vars(self)),
             *set_faults(self.planetary, self.rotors),
+            *printed_faults(self),
         ]
-        if self.formulation == "as_published":
-            faults += [
-                Fault(
-                    f"meshes.{j}.friction_coefficient", mesh.friction_coefficient, _NOT_PRINTED, "Remove it"
-                )
-                for j, mesh in enumerate(self.meshes)
-                if mesh.friction_coefficient > 0.0
-            ]
         if self.environment is None:
             rule = "must not be given without an environment, which says at which temperature lengths hold"
             cure = "Add [environment] with a temperature, or remove it"
@@ -331,9 +323,7 @@ class Case(Part):
         """Whether the mechanism differs between members: a random record of the housing, or deviations drawn within a class."""
         if self.base is not None and self.base.is_per_member:
             return True
-        gears = (gear for rotor in self.rotors.values() for gear in (rotor, *rotor.gears.values()))
-        drawn = self.formulation == "geometric" and self.backlash_model == "coupled" and self.meshes
-        return bool(drawn) and any(gear.quality for gear in gears)
+        return draws_deviations(self)
 
     def holders(self, rotor: str) -> tuple[Holder, ...]:
         """Return the parts that hold a rotor, in the order of `HOLDERS`."""

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, Field, model_validator
 from gearplay.parts.drive.schema import Drive, SpeedDrive
 from gearplay.parts.drive.terms import Table, Terms
 from gearplay.parts.environment import Material, Temperature
-from gearplay.parts.rotor.gear import Gear, Internal, Runout, Teeth, Toothing
+from gearplay.parts.rotor.gear import Gear, Internal, Runout, Teeth, Toothing, grown
 from gearplay.parts.rotor.unbalance import Unbalance
 from gearplay.schema.fields import (
     Counted,
@@ -136,6 +136,12 @@ class Rotor(Toothing):
             return self
         (gear,) = self.gears.values()
         return gear
+
+    def at_temperature(self, factor: float, centre: tuple[float, float]) -> "Rotor":
+        """Return the rotor with the factor of its lengths and its nominal centre [m] at temperature."""
+        gears = {name: gear.model_copy(update=grown(gear, factor)) for name, gear in self.gears.items()}
+        update = {"position": centre, **grown(self, factor), "gears": FrozenTable(gears)}
+        return self.model_copy(update=update)
 
 
 def place_words(x: float, y: float) -> str:

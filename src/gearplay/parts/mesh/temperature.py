@@ -1,0 +1,48 @@
+"""Meshes at temperature: a pair of gears meshes at abs(r_a f_a + r_b f_b) as it did at abs(r_a + r_b)."""
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from gearplay.parts.mesh.schema import Mesh
+from gearplay.parts.mesh.train import geometry
+
+if TYPE_CHECKING:
+    from gearplay.parts.mesh.train.train import Train
+
+
+def mesh_at_temperature(case: "Train", j: int, factors: Mapping[str, float]) -> Mesh:
+    """Return mesh j with the lengths that its gears have at the expansion ``factors`` of the rotors."""
+    mesh = case.meshes[j]
+    a, b, r_a, r_b = geometry.signed_radii(case, j)
+    f_a, f_b = (factors[geometry.rotor_of(case, name)] for name in (a, b))
+    factor = (r_a * f_a + r_b * f_b) / (r_a + r_b)
+    pair = geometry.pair_of(case, j)
+    normal = math.cos(pair.first.base_helix) if pair.first.helix_angle else 1.0
+    update: dict[str, object] = {
+        "module": factor * mesh.module,
+        "backlash": factor * geometry.working_backlash(case, j) * normal,
+    }
+    if mesh.center_distance is not None or pair.first.profile_shift or pair.second.profile_shift:
+        update |= {"center_distance": factor * pair.distance, "center_distance_allowance": None}
+    return mesh.model_copy(update=update)
+
+
+def thermal_texts(case: "Train", hot: "Train") -> dict[str, str]:
+    """Return texts on centre distance and backlash of all meshes of a case and the case at temperature, by path."""
+    texts = {}
+    cold_centres, hot_centres = geometry.centres(case), geometry.centres(hot)
+    for j, mesh in enumerate(case.meshes):
+        one, other = mesh.rotors
+        cold, warm = (math.dist(at[one], at[other]) for at in (cold_centres, hot_centres))
+        play, left = (geometry.installed_backlash(each, j) for each in (case, hot))
+        gears = geometry.working_distance(hot, j) - geometry.working_distance(case, j)
+        beyond = warm - cold - gears
+        pair = geometry.pair_of(case, j)
+        first = pair.second.sign * 2.0 * math.sin(pair.working_angle)
+        texts[f"meshes.{j}"] = (
+            f"at temperature the centre distance is {1e3 * warm:.6g} mm, {1e6 * (warm - cold):+.1f} um, which is "
+            f"{1e6 * beyond:+.1f} um beyond its gears; the backlash is {1e6 * left:.1f} um, {1e6 * (left - play):+.1f} um "
+            f"(2 sin alpha x centre distance: {1e6 * first * beyond:+.1f} um)"
+        )
+    return texts
