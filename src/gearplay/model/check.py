@@ -12,15 +12,6 @@ from gearplay.model.check_temperature import temperature_findings
 from gearplay.model.expansion import thermal_changes
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import Source, load_case
-from gearplay.parts.drive.schema import (
-    CascadeDrive,
-    MotorDrive,
-    PositionDrive,
-    ServoDrive,
-    SpeedDrive,
-    TorqueDrive,
-)
-from gearplay.parts.drive.terms import largest_torque
 from gearplay.parts.mesh.check_backlash import backlash_findings, gyration_findings
 from gearplay.parts.mesh.check_damping import damping_findings
 from gearplay.parts.mesh.check_deviations import deviation_findings
@@ -65,7 +56,6 @@ def check_case(case: Source) -> list[Finding]:
     found = [*start_findings(case, packed)]  # raises what only the assembled train can show
     if light:  # nothing starts
         found = light
-    speeds = dict(zip(case.rotors, (float(speed) for speed in rolling.nominal_speeds(case)), strict=True))
     found += [*gyration_findings(case), *_excitation(case), *(() if light else _fixed_step(case, packed))]
     found += element_findings(case)
     found += teeth_findings(case)
@@ -76,7 +66,7 @@ def check_case(case: Source) -> list[Finding]:
     found += temperature_findings(case)
     found += set_findings(case)
     found += backlash_findings(case)
-    found += _amplitude_bounds(case.operating, speeds)
+    found += _amplitude_bounds(case.operating)
     found += [Finding("note", path, f"{words}.") for path, words in thermal_changes(case).items()]
     found = _with_accepted(case, found)
     return sorted(found, key=lambda finding: finding.severity != "warning")
@@ -111,7 +101,7 @@ def _excitation(case: Case) -> Iterator[Finding]:
     if not case.meshes or any(case.gravity) or case.base is not None:
         return
     errors = any(term.amplitude != 0.0 for mesh in case.meshes for term in mesh.transmission_error)
-    if not errors and not any(_excites(rotor) for rotor in case.rotors.values()):
+    if not errors and not any(rotor.excites() for rotor in case.rotors.values()):
         yield Finding(
             "warning",
             "meshes",
@@ -130,8 +120,7 @@ def _excitation(case: Case) -> Iterator[Finding]:
 
 def _resists(rotor: Rotor) -> bool:
     """Return whether something acts against the rotation of a rotor: a load, a torque, a servo."""
-    drive = rotor.drive
-    return rotor.load != Load() or (drive is not None and drive.kind != "speed")
+    return rotor.load != Load() or (rotor.drive is not None and not rotor.drive.prescribes)
 
 
 def _fixed_step(case: Case, packed: Packed) -> Iterator[Finding]:
@@ -145,27 +134,7 @@ def _fixed_step(case: Case, packed: Packed) -> Iterator[Finding]:
         )
 
 
-def _excites(rotor: Rotor) -> bool:
-    load, start, drive = rotor.load, rotor.initial, rotor.drive
-    ramped = isinstance(drive, (SpeedDrive, ServoDrive)) and drive.ramp > 0.0
-    rippling = isinstance(drive, SpeedDrive) and (
-        drive.over_time is not None or any(term.amplitude for term in drive.ripple)
-    )
-    return (
-        any((load.drag, load.friction, largest_torque(load.torque, load.terms, load.table)))
-        or rotor.unbalance is not None
-        or rotor.runout.amplitude != 0.0
-        or any(gear.runout.amplitude for gear in rotor.gears.values())
-        or any((start.x, start.y, start.vx, start.vy, start.theta, start.omega))
-        or ramped
-        or rippling
-        or (isinstance(drive, TorqueDrive) and drive.largest_torque != 0.0)
-        or (isinstance(drive, MotorDrive) and (drive.voltage != 0.0 or drive.over_time is not None))
-        or isinstance(drive, (PositionDrive, CascadeDrive))
-    )
-
-
-def _amplitude_bounds(case: Case, speeds: dict[str, float]) -> Iterator[Finding]:
+def _amplitude_bounds(case: Case) -> Iterator[Finding]:
     for name, sleeve in case.sleeves.items():
         if sleeve.on is not None:  # goes round with its carrier
             continue

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from gearplay.parts.mesh.train import geometry
-from gearplay.parts.mesh.train.rolling import LOOPS, nominal_speeds
+from gearplay.parts.mesh.train.rolling import nominal_speeds
 from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
     from gearplay.parts.rotor.schema import Rotor
-
-FEWEST_SAMPLES: Final = 10
-"""Samples of a control that a run should hold at least."""
 
 
 def element_findings(case: Case) -> Iterator[Finding]:
@@ -38,16 +35,11 @@ def element_findings(case: Case) -> Iterator[Finding]:
 
 
 def _rotor(case: Case, name: str, rotor: Rotor) -> Iterator[Finding]:
-    drive = rotor.drive
-    prescribed = drive is not None and drive.kind == "speed"
-    if rotor.unbalance is not None and prescribed and geometry.is_held(case, name):
+    if rotor.unbalance is not None and rotor.is_prescribed and geometry.is_held(case, name):
         text = "it does nothing, since centre and rotation are held; its force on the bearing is in no signal"
         yield Finding("warning", f"rotors.{name}.unbalance", f"{text}.")
-    if drive is not None and drive.kind in LOOPS and drive.sample_time > 0.0:
-        samples = (case.run.transient + case.run.duration) / drive.sample_time
-        if samples < FEWEST_SAMPLES:
-            text = f"the whole run holds {samples:.3g} samples of the control: the torque is held in between"
-            yield Finding("warning", f"rotors.{name}.drive.sample_time", f"{text}.")
+    if rotor.drive is not None:
+        yield from rotor.drive.findings(f"rotors.{name}.drive", case.run.transient + case.run.duration)
 
 
 def _base(case: Case) -> Iterator[Finding]:

@@ -5,7 +5,7 @@ from typing import Annotated, Final
 from pydantic import AfterValidator, Field, model_validator
 
 from gearplay.parts.drive.schema import Drive, SpeedDrive
-from gearplay.parts.drive.terms import Table, Terms
+from gearplay.parts.drive.terms import Table, Terms, largest_torque
 from gearplay.parts.environment import Material, Temperature
 from gearplay.parts.rotor.gear import Gear, Internal, Runout, Teeth, Toothing, grown
 from gearplay.parts.rotor.unbalance import Unbalance
@@ -48,6 +48,10 @@ class Load(Part):
     friction_speed: Annotated[
         float, Measure(q.ANGULAR_SPEED, "speed within which dry friction is smoothed", gt=0.0)
     ] = 0.01
+
+    def largest_torque(self) -> float:
+        """Return a bound of torque, terms and table together [N m]."""
+        return largest_torque(self.torque, self.terms, self.table)
 
 
 class Initial(Part):
@@ -124,6 +128,23 @@ class Rotor(Toothing):
             problems.append(Problem(("unbalance", "amount"), rule, "Check unbalance, mass and inertia"))
         refuse(problems)
         return self
+
+    @property
+    def is_prescribed(self) -> bool:
+        """Whether its drive prescribes the rotation."""
+        return self.drive is not None and self.drive.prescribes
+
+    def excites(self) -> bool:
+        """Return whether load, runout, unbalance, start or drive make a train do more than roll at constant speed."""
+        load, start = self.load, self.initial
+        return (
+            any((load.drag, load.friction, load.largest_torque()))
+            or self.unbalance is not None
+            or self.runout.amplitude != 0.0
+            or any(gear.runout.amplitude for gear in self.gears.values())
+            or any((start.x, start.y, start.vx, start.vy, start.theta, start.omega))
+            or (self.drive is not None and self.drive.excites())
+        )
 
     def gear(self, name: str) -> "Gear | Rotor":
         """Return the gear of a name, or for "" the only one: the rotor itself where it has no table of gears.
