@@ -5,8 +5,8 @@ import pytest
 
 from gearplay.model.check import check_case
 from gearplay.model.reading import bundled_names, load_case, replace
-from gearplay.parts.mesh.train.geometry import amplitude_bound
 from gearplay.parts.mesh.train.rolling import mesh_frequency
+from gearplay.parts.sleeve.amplitude import amplitude_bound
 
 
 def found(name: str, changes: dict[str, Any] | None = None) -> dict[str, str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
 from gearplay.model.consistency import cross_faults
-from gearplay.model.expansion import at_temperature
+from gearplay.model.expansion import expanded
 from gearplay.model.item_names import distinct
 from gearplay.model.policy import (
     DEFAULT_TOLERANCE,
@@ -375,11 +375,17 @@ class Case(Part):
     @property
     def operating(self) -> "Case":
         """The case at its temperatures, with the lengths that they leave; itself without an `Environment`."""
-        return self if self.environment is None else self._at_temperature
+        return self if self.environment is None else self._expanded
 
     @cached_property
-    def _at_temperature(self) -> "Case":
-        return at_temperature(self)
+    def _expanded(self) -> "Case":
+        return expanded(self)
+
+    def at_temperature(self, temperature: float) -> "Case":
+        """Return the case, which has an `Environment`, with the lengths that another temperature [K] of it leaves."""
+        assert self.environment is not None, "checked before"
+        environment = self.environment.model_copy(update={"temperature": temperature})
+        return expanded(self.model_copy(update={"environment": environment}))
 
     def _repr_html_(self) -> str:
         from gearplay.model.case_table import case_html

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gearplay.model.case import Case
-from gearplay.model.check_elements import element_findings
 from gearplay.model.check_run import run_findings
 from gearplay.model.check_start import start_findings
-from gearplay.model.check_temperature import temperature_findings
 from gearplay.model.expansion import thermal_changes
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import Source, load_case
@@ -17,10 +15,12 @@ from gearplay.parts.mesh.check_damping import damping_findings
 from gearplay.parts.mesh.check_deviations import deviation_findings
 from gearplay.parts.mesh.check_pairs import pair_findings
 from gearplay.parts.mesh.check_teeth import teeth_findings
+from gearplay.parts.mesh.temperature import temperature_findings
 from gearplay.parts.mesh.train import geometry, rolling
 from gearplay.parts.mesh.train.massless import UNITS, massless
 from gearplay.parts.planetary.frequencies import set_findings
 from gearplay.parts.rotor.schema import Load, Rotor
+from gearplay.parts.sleeve.amplitude import amplitude_findings
 from gearplay.schema.finding import Finding
 
 
@@ -57,7 +57,7 @@ def check_case(case: Source) -> list[Finding]:
     if light:  # nothing starts
         found = light
     found += [*gyration_findings(case), *_excitation(case), *(() if light else _fixed_step(case, packed))]
-    found += element_findings(case)
+    found += _elements(case)
     found += teeth_findings(case)
     found += deviation_findings(case)
     found += run_findings(case)
@@ -66,7 +66,7 @@ def check_case(case: Source) -> list[Finding]:
     found += temperature_findings(case)
     found += set_findings(case)
     found += backlash_findings(case)
-    found += _amplitude_bounds(case.operating)
+    found += amplitude_findings(case.operating)
     found += [Finding("note", path, f"{words}.") for path, words in thermal_changes(case).items()]
     found = _with_accepted(case, found)
     return sorted(found, key=lambda finding: finding.severity != "warning")
@@ -95,6 +95,27 @@ def _without_mass(case: Case) -> Iterator[Finding]:
             f"the {field} is 0 {UNITS[field]}: modes, Campbell diagrams, frequency responses and load sharing take it so; a "
             "simulation over time refuses it. Give it one to simulate.",
         )
+
+
+def _elements(case: Case) -> Iterator[Finding]:
+    """Yield the findings of parts that hold and connect rotors, of faults, rotors and the housing."""
+    for table, name, part in case.every_holder():
+        held, alone = geometry.is_held(case, name), len(case.holders(name)) == 1
+        yield from part.findings(f"{table}.{name}", held=held, alone=alone)
+    for path, _, joint in case.named_joints():
+        held = all(geometry.is_held(case, name) for name in joint.named_rotors().values())
+        yield from joint.findings(path, held=held)
+    speeds = dict(zip(case.rotors, rolling.nominal_speeds(case).tolist(), strict=True))
+    for index, fault in enumerate(case.faults):
+        part = fault.part(getattr(case, fault.table))
+        carrier = getattr(part, "on", None)
+        speed = speeds.get(fault.at, 0.0) - (0.0 if carrier is None else speeds[carrier])
+        yield from fault.findings(f"faults.{index}", part, speed)
+    span = case.run.transient + case.run.duration
+    for name, rotor in case.rotors.items():
+        yield from rotor.findings(f"rotors.{name}", span, held=geometry.is_held(case, name))
+    if case.base is not None:
+        yield from case.base.findings(span)
 
 
 def _excitation(case: Case) -> Iterator[Finding]:
@@ -132,20 +153,3 @@ def _fixed_step(case: Case, packed: Packed) -> Iterator[Finding]:
             f"{1e6 * step:.4g} us is {step / resolved:.3g} times what resolves the fastest contact, {1e6 * resolved:.3g} us: "
             "contacts are noticed so late that the run may gain energy or leave mesh. Shorten it.",
         )
-
-
-def _amplitude_bounds(case: Case) -> Iterator[Finding]:
-    for name, sleeve in case.sleeves.items():
-        if sleeve.on is not None:  # goes round with its carrier
-            continue
-        mine = [index for index, mesh in enumerate(case.meshes) if name in mesh.rotors]
-        for frequency in sorted({float(f"{rolling.mesh_frequency(case, index):.6g}") for index in mine}):
-            if sleeve.radial_clearance == 0.0 or frequency == 0.0:
-                continue
-            bound = geometry.amplitude_bound(sleeve.radial_clearance, frequency)
-            yield Finding(
-                "note",
-                f"sleeves.{name}.radial_clearance",
-                f"the acceleration of a motion within the clearance has a line of at most {bound:.3g} m/s^2 at the mesh "
-                f"frequency, {frequency:.4g} Hz.",
-            )

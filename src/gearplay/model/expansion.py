@@ -13,13 +13,12 @@ from gearplay.parts.mesh.train import geometry
 from gearplay.parts.protocol import Holder
 from gearplay.parts.tables import HOLDERS
 from gearplay.schema.fields import FrozenTable
+from gearplay.schema.units import ICE
 from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
     from gearplay.parts.environment import Environment
-
-KELVIN = 273.15
 
 
 class _Factors(NamedTuple):
@@ -29,7 +28,7 @@ class _Factors(NamedTuple):
     housing: float
 
 
-def at_temperature(case: "Case") -> "Case":
+def expanded(case: "Case") -> "Case":
     """Return the case with the lengths at the temperatures of its parts; the same object if none changes.
 
     Raises `InputError` where an expansion is needed that is not given, or a journal no longer fits its bush.
@@ -61,7 +60,7 @@ def _factors(case: "Case", environment: "Environment") -> _Factors:
         if warmer == 0.0 or not _matters(case, name):
             rotors[name] = 1.0
         elif rotor.material is None:
-            degrees = f"{warmer + reference - KELVIN:.6g} degC"
+            degrees = f"{warmer + reference - ICE:.6g} degC"
             rule = f"is required at {degrees}, {abs(warmer):.6g} K from the reference temperature"
             cure = 'Give it a material = { expansion = "11.5e-6 1/K" }'
             raise InputError.of(f"rotors.{name}.material", NO_VALUE, rule, cure)

@@ -1,11 +1,17 @@
-"""Meshes at temperature: a pair of gears meshes at abs(r_a f_a + r_b f_b) as it did at abs(r_a + r_b)."""
+"""Meshes at temperature, and the backlash that is left.
+
+A pair of gears meshes at abs(r_a f_a + r_b f_b) as it did at abs(r_a + r_b).
+"""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from gearplay.parts.mesh.allowance_range import backlash_range
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.mesh.train import geometry
+from gearplay.schema.finding import Finding
+from gearplay.schema.units import ICE
 
 if TYPE_CHECKING:
     from gearplay.parts.mesh.train.train import Train
@@ -46,3 +52,28 @@ def thermal_texts(case: "Train", hot: "Train") -> dict[str, str]:
             f"(2 sin alpha x centre distance: {1e6 * first * beyond:+.1f} um)"
         )
     return texts
+
+
+def temperature_findings(case: "Train") -> Iterator[Finding]:
+    """Yield the remaining backlash at both ends of ``environment.temperature_range``, a warning if there is none."""
+    if case.environment is None or case.environment.temperature_range is None:
+        return
+    ends = {end: case.at_temperature(end) for end in case.environment.temperature_range}
+    for j, mesh in enumerate(case.meshes):
+        normal = math.cos(geometry.pair_of(case, j).first.base_helix)
+        middle = geometry.installed_backlash(case, j) * normal
+        limits = backlash_range(case, j)
+        words, least = [], math.inf
+        for end, found in ends.items():
+            left = geometry.installed_backlash(found, j) * normal
+            lowest = left if limits is None else left - (middle - limits[0])
+            least = min(least, lowest)
+            allowed = "" if limits is None else f", {1e6 * lowest:.4g} um by its allowances"
+            words.append(f"{1e6 * left:.4g} um at {end - ICE:.6g} degC{allowed}")
+        jams = least < 0.0 or math.isnan(least)
+        yield Finding(
+            "warning" if jams else "note",
+            f"meshes.{j}.backlash",
+            f"of {1e6 * middle:.4g} um of normal backlash of {mesh.label} are left {' and '.join(words)}"
+            f"{': it jams there. Raise the backlash, or take materials that expand alike' if jams else ''}.",
+        )

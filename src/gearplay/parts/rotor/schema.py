@@ -1,5 +1,6 @@
 """Rotors: planar rigid bodies with drive, load and initial state."""
 
+from collections.abc import Iterator
 from typing import Annotated, Final
 
 from pydantic import AfterValidator, Field, model_validator
@@ -20,6 +21,7 @@ from gearplay.schema.fields import (
     is_absent,
     refuse,
 )
+from gearplay.schema.finding import Finding
 from gearplay.vocabulary import quantities as q
 
 Coordinate = Annotated[float, Measure(q.LENGTH, "coordinate of the nominal centre")]
@@ -145,6 +147,14 @@ class Rotor(Toothing):
             or any((start.x, start.y, start.vx, start.vy, start.theta, start.omega))
             or (self.drive is not None and self.drive.excites())
         )
+
+    def findings(self, path: str, span: float, *, held: bool) -> Iterator[Finding]:
+        """Yield findings for a run of ``span`` [s], transient included; ``held`` is whether the centre cannot move."""
+        if self.unbalance is not None and self.is_prescribed and held:
+            text = "it does nothing, since centre and rotation are held; its force on the bearing is in no signal"
+            yield Finding("warning", f"{path}.unbalance", f"{text}.")
+        if self.drive is not None:
+            yield from self.drive.findings(f"{path}.drive", span)
 
     def gear(self, name: str) -> "Gear | Rotor":
         """Return the gear of a name, or for "" the only one: the rotor itself where it has no table of gears.

@@ -183,25 +183,6 @@ def installed_backlash(case: "Train", j: int) -> float:
     return given + 2.0 * pair.second.sign * pair.least_distance * opening
 
 
-def amplitude_bound(radial_clearance: float, frequency: float) -> float:
-    """Return the highest line of acceleration within a clearance, (4/pi) c (2 pi f)^2 [m/s^2].
-
-    Parameters
-    ----------
-    radial_clearance
-        c [m]; a displacement within -c .. c has no line higher than that of a square wave, 4 c / pi.
-    frequency
-        f of the line [Hz].
-
-    Examples
-    --------
-    >>> round(amplitude_bound(100e-6, 40.0), 3)
-    8.042
-
-    """
-    return 4.0 / math.pi * radial_clearance * (2.0 * math.pi * frequency) ** 2
-
-
 def carrier_of(case: "Train", name: str) -> str | None:
     """Return the rotor that carries the part that holds this rotor, or None for the ground."""
     return next((part.on for part in case.holders(name) if part.on is not None), None)
