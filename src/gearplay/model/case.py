@@ -5,24 +5,14 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
 from gearplay.model.consistency import cross_faults
 from gearplay.model.expansion import expanded
 from gearplay.model.item_names import distinct
-from gearplay.model.policy import (
-    DEFAULT_TOLERANCE,
-    LIMITS,
-    FixedStep,
-    FixedStepContacts,
-    MostSteps,
-    MostWallTime,
-    Policy,
-    Tolerance,
-    check_contacts,
-)
+from gearplay.model.policy import LIMITS, Policy, Run
 from gearplay.model.torsional_pair import FIELD, PARTS, TorsionalPair
 from gearplay.parts.bearing.schema import Bearing
 from gearplay.parts.coupling.schema import Coupling
@@ -69,39 +59,11 @@ else:
 
 NO_ROTORS: Final = Fault("rotors", NO_VALUE, "must have 1 to 200 entries", "Add or remove entries")
 
+Each = TypeVar("Each", bound=Part)
+ByRotor = Annotated[dict[RotorName, Each], Counted(0, 200), AfterValidator(FrozenTable)]
+"""Parts by the names of rotors."""
+
 Acceleration = Annotated[float, Measure(q.ACCELERATION, "gravity along this axis")]
-
-
-Start = Annotated[
-    Literal["given", "drawn"],
-    Field(
-        description="the first member's start: as the case says, exactly centred where it says nothing, or drawn like the others",
-        exclude_if=lambda chosen: chosen == "given",
-    ),
-]
-
-
-class Run(Part):
-    """Settings of the simulation: duration, sampling, tolerance, ensemble, limits."""
-
-    duration: Annotated[float, Measure(q.TIME, "recorded time", gt=0.0, le=1e6)]
-    transient: Annotated[float, Measure(q.TIME, "time simulated before recording starts", ge=0.0, le=1e6)] = (
-        0.0
-    )
-    sampling: Annotated[float, Measure(q.FREQUENCY, "samples per second", ge=1.0, le=1e7)] = 1e5
-    ensemble: Annotated[int, Field(ge=1, le=100_000, description="number of runs from perturbed starts")] = 1
-    seed: Annotated[int, Field(ge=0, le=2**63 - 1, description="seed of the perturbations")] = 0
-    start: Start = "given"
-    tolerance: Tolerance = DEFAULT_TOLERANCE
-    fixed_step: FixedStep | None = None
-    fixed_step_contacts: FixedStepContacts = "step"
-    max_steps: MostSteps | None = None
-    max_wall_time: MostWallTime | None = None
-
-    @model_validator(mode="after")
-    def _check(self) -> "Run":
-        check_contacts(self.fixed_step, self.fixed_step_contacts)
-        return self
 
 
 class ChangedPaths(tuple[str, ...]):
@@ -181,31 +143,17 @@ class Case(Part):
         Field(description="backlash follows the centre distance, or is constant"),
     ] = "coupled"
     gravity: Annotated[tuple[Acceleration, Acceleration], Listed(2, 2, "gravity along x and y")] = (0.0, 0.0)
-    rotors: Annotated[
-        dict[RotorName, Rotor],
-        Field(description="rotors by name"),
-        Counted(0, 200),
-        AfterValidator(FrozenTable),
-    ]
+    rotors: Annotated[ByRotor[Rotor], Field(description="rotors by name")]
     sleeves: Annotated[
-        dict[RotorName, Sleeve],
-        Field(description="sleeves by the name of the rotor they support"),
-        Counted(0, 200),
-        AfterValidator(FrozenTable),
+        ByRotor[Sleeve], Field(description="sleeves by the name of the rotor they support")
     ] = Field(default_factory=FrozenTable)
     meshes: Annotated[tuple[Mesh, ...], Listed(0, 400, "pairs of gears in mesh")] = ()
     couplings: Annotated[tuple[Coupling, ...], Listed(0, 400, "shafts and couplings between rotors")] = ()
     supports: Annotated[
-        dict[RotorName, Support],
-        Field(description="elastic supports by the name of the rotor they hold"),
-        Counted(0, 200),
-        AfterValidator(FrozenTable),
+        ByRotor[Support], Field(description="elastic supports by the name of the rotor they hold")
     ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
     bearings: Annotated[
-        dict[RotorName, Bearing],
-        Field(description="rolling bearings by the name of the rotor they hold"),
-        Counted(0, 200),
-        AfterValidator(FrozenTable),
+        ByRotor[Bearing], Field(description="rolling bearings by the name of the rotor they hold")
     ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
     faults: Annotated[
         tuple[AnyFault, ...],

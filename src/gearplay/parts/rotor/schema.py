@@ -39,6 +39,14 @@ class Weight(Measure):
         return value and Measure(self.quantity, self.about, gt=0.0)._within(value, text=text)
 
 
+Mass = Annotated[
+    float, Weight(q.MASS, "mass; 0 in linear analysis only, or where its centre is held", ge=0.0)
+]
+Inertia = Annotated[
+    float, Weight(q.INERTIA, "polar moment of inertia about the centre; 0 in linear analysis only", ge=0.0)
+]
+
+
 class Load(Part):
     """Load of a rotor: torque, its terms and its table oppose its nominal sense, friction and drag its velocity."""
 
@@ -75,13 +83,8 @@ class Rotor(Toothing):
 
     teeth: Teeth | None = None
     internal: Internal = False
-    mass: Annotated[
-        float, Weight(q.MASS, "mass; 0 in linear analysis only, or where its centre is held", ge=0.0)
-    ]
-    inertia: Annotated[
-        float,
-        Weight(q.INERTIA, "polar moment of inertia about the centre; 0 in linear analysis only", ge=0.0),
-    ]
+    mass: Mass
+    inertia: Inertia
     drive: Drive | None = None
     load: Load = Load.model_construct()
     position: (
