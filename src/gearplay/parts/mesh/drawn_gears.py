@@ -205,7 +205,7 @@ def _tooth_fault_faults(case: Train, j: int, given: Mapping[str, Toothing]) -> I
     for name, gear in given.items():
         for index, fault in tooth_faults(case, name):
             path = f"faults.{index}.kind"
-            if mesh.contact != "pairs" and fault.needs_pairs:
+            if not fault.fits_contact(mesh):
                 rule = f'must be in meshes with contact = "pairs", as it takes stiffness from single ones; {mesh.label} is not'
                 yield Fault(path, fault.kind, rule, 'Write contact = "pairs" in the mesh')
             elif gear.helix_angle and not fault.along_facewidth:
