@@ -22,27 +22,23 @@ MISFIT: Final = 1e-6
 
 def gyration_findings(case: Train) -> Iterator[Finding]:
     """Yield findings about inertias that do not suit the sizes of the gears."""
-    checked: set[str] = set()
-    for mesh in case.meshes:
-        for name in (mesh.driver, mesh.driven):
-            if name in checked:
-                continue
-            checked.add(name)
-            rotor = case.rotors[geometry.rotor_of(case, name)]
-            if len(rotor.gears) > 1 or 0.0 in (
-                rotor.mass,
-                rotor.inertia,
-            ):  # a shaft, whose mass may be anywhere
-                continue
-            gyration, pitch = math.sqrt(rotor.inertia / rotor.mass), geometry.pitch_radius(case, mesh, name)
-            if not GYRATION[0] <= gyration / pitch <= GYRATION[1]:
-                yield Finding(
-                    "warning",
-                    f"rotors.{geometry.rotor_of(case, name)}.inertia",
-                    f"the radius of gyration, {gyration:.3g} m, is {gyration / pitch:.2g} times the pitch "
-                    f"radius, {pitch:.3g} m; a solid disc has 0.71, a thin ring gear about 1.1. "
-                    "Check mass and inertia and their units.",
-                )
+    first = {name: mesh for mesh in reversed(case.meshes) for name in (mesh.driven, mesh.driver)}
+    for name in dict.fromkeys(name for mesh in case.meshes for name in (mesh.driver, mesh.driven)):
+        rotor = case.rotors[geometry.rotor_of(case, name)]
+        if len(rotor.gears) > 1 or rotor.mass == 0.0 or rotor.inertia == 0.0:  # of a shaft it may be anywhere
+            continue
+        gyration, pitch = (
+            math.sqrt(rotor.inertia / rotor.mass),
+            geometry.pitch_radius(case, first[name], name),
+        )
+        if not GYRATION[0] <= gyration / pitch <= GYRATION[1]:
+            yield Finding(
+                "warning",
+                f"rotors.{geometry.rotor_of(case, name)}.inertia",
+                f"the radius of gyration, {gyration:.3g} m, is {gyration / pitch:.2g} times the pitch "
+                f"radius, {pitch:.3g} m; a solid disc has 0.71, a thin ring gear about 1.1. "
+                "Check mass and inertia and their units.",
+            )
 
 
 def backlash_findings(case: Train) -> Iterator[Finding]:
@@ -59,11 +55,7 @@ def _center_distance(case: Train, index: int) -> Iterator[Finding]:
     if abs(actual - nominal) <= MISFIT * nominal:
         return
     what, shift = "nominal", ""
-    if (
-        case.meshes[index].center_distance is not None
-        or pair.first.profile_shift
-        or pair.second.profile_shift
-    ):
+    if case.meshes[index].center_distance is not None or pair.is_shifted:
         what = "working"
     elif abs(actual - nominal) > 0.05 * pair.first.module and actual > pair.least_distance:
         rise = inv(pair.at(actual).working_angle) - inv(pair.first.transverse_angle)

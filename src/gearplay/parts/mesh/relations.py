@@ -11,46 +11,39 @@ from gearplay.parts.rotor.schema import Rotor
 from gearplay.vocabulary.errors import NO_VALUE, Fault, join_path
 from gearplay.vocabulary.suggestions import did_you_mean
 
+ENDS: Final = ("driver", "driven")
 _SAME: Final = 1e-9
 """Relative difference within which modules and pressure angles count as the same."""
 
 
 def mesh_relations(rotors: Mapping[str, Rotor | Raw], meshes: Sequence[Mesh | Raw]) -> Iterator[Fault]:
     """Yield the faults of meshes among rotors; parts that are not valid on their own are raw tables."""
-    yield from _mesh_faults(rotors, meshes, set(rotors))
-    yield from _label_faults(rotors, meshes)
-    yield from _gear_faults(rotors, meshes)
-
-
-def _mesh_faults(
-    rotors: Mapping[str, Rotor | Raw], meshes: Sequence[Mesh | Raw], names: set[str]
-) -> Iterator[Fault]:
     toothless: set[str] = set()
     for index, mesh in enumerate(meshes):
-        ends = [(role, text(mesh, role)) for role in ("driver", "driven")]
-        pair: list[tuple[str, object]] = []  # names in full and gears that are there
-        for role, name in ends:
-            if name is None:
+        pair: list[tuple[str, str, object]] = []  # rotors, gears and their fields that are there
+        for role in ENDS:
+            if (name := text(mesh, role)) is None:
                 continue
-            rotor, gear = split_name(name, names)
-            if rotor not in names:
-                yield unknown_rotor(f"meshes.{index}.{role}", rotor, names)
+            rotor, gear = split_name(name, rotors)
+            if rotor not in rotors:
+                yield unknown_rotor(f"meshes.{index}.{role}", rotor, rotors)
                 continue
             gears = read(rotors[rotor], "gears")
             gears = gears if isinstance(gears, Mapping) else {}
             if (gear or len(gears) > 1) and gear not in gears:
                 yield _unknown_gear(f"meshes.{index}.{role}", name, rotor, gears)
                 continue
-            called = gear or next(iter(gears), "")
-            found = gears[called] if called else rotors[rotor]
-            full = f"{rotor}.{called}" if called else rotor
-            pair.append((full, found))
-            if read(found, "teeth") is None and full not in toothless and not called:
-                toothless.add(full)
+            gear = gear or next(iter(gears), "")
+            pair.append((rotor, gear, gears[gear] if gear else rotors[rotor]))
+            if not gear and read(rotors[rotor], "teeth") is None and rotor not in toothless:
+                toothless.add(rotor)
                 rule = f"is required, since meshes.{index} names this rotor"
                 yield Fault(join_path(["rotors", rotor, "teeth"]), NO_VALUE, rule, "Give the number of teeth")
-        if len(pair) == 2 and split_name(pair[0][0], names)[0] != split_name(pair[1][0], names)[0]:
-            yield from _pair_faults(rotors, index, *pair)
+        if len(pair) == 2 and pair[0][0] != pair[1][0]:
+            yield from _pair_faults(index, *pair)
+    names = [[_in_full(rotors, text(mesh, role)) for role in ENDS] for mesh in meshes]
+    yield from _label_faults(names)
+    yield from _gear_faults(meshes, names)
 
 
 def _unknown_gear(path: str, name: str, rotor: str, gears: Mapping[str, object]) -> Fault:
@@ -63,28 +56,25 @@ def _unknown_gear(path: str, name: str, rotor: str, gears: Mapping[str, object])
 
 
 def _pair_faults(
-    rotors: Mapping[str, Rotor | Raw], index: int, driver: tuple[str, object], driven: tuple[str, object]
+    index: int, driver: tuple[str, str, object], driven: tuple[str, str, object]
 ) -> Iterator[Fault]:
-    inside = [read(gear, "internal") is True for _, gear in (driver, driven)]
+    inside = [read(gear, "internal") is True for *_, gear in (driver, driven)]
     if all(inside):
         rule = "must have at most one internal gear"
-        yield Fault(f"meshes.{index}", f"{driver[0]}-{driven[0]}", rule, "Make one external")
+        names = "-".join(_joined(*each[:2]) for each in (driver, driven))
+        yield Fault(f"meshes.{index}", names, rule, "Make one external")
         return
-    if not any(inside):
+    (rotor, name, ring), (*pinion_name, pinion) = (driver, driven) if inside[0] else (driven, driver)
+    if not any(inside) or not (isinstance(ring, (Rotor, Gear)) and isinstance(pinion, (Rotor, Gear))):
         return
-    (ring_name, ring), (pinion_name, pinion) = (driver, driven) if inside[0] else (driven, driver)
-    z_ring, z_pinion = read(ring, "teeth"), read(pinion, "teeth")
-    if (
-        not all(isinstance(gear, (Rotor, Gear)) for gear in (ring, pinion))
-        or z_ring is None
-        or z_pinion is None
-    ):
-        return
-    if z_ring <= z_pinion:
-        rule = f"must be more than the {z_pinion} teeth of {pinion_name}, which runs inside it"
-        rotor, gear = split_name(ring_name, rotors)
-        path = ["rotors", rotor, *(["gears", gear] if gear else []), "teeth"]
-        yield Fault(join_path(path), z_ring, rule, "Correct one of the two numbers")
+    if ring.teeth is not None and pinion.teeth is not None and ring.teeth <= pinion.teeth:
+        rule = f"must be more than the {pinion.teeth} teeth of {_joined(*pinion_name)}, which runs inside it"
+        path = ["rotors", rotor, *(["gears", name] if name else []), "teeth"]
+        yield Fault(join_path(path), ring.teeth, rule, "Correct one of the two numbers")
+
+
+def _joined(rotor: str, gear: str) -> str:
+    return f"{rotor}.{gear}" if gear else rotor
 
 
 def _in_full(rotors: Mapping[str, Rotor | Raw], name: str | None) -> str | None:
@@ -93,10 +83,10 @@ def _in_full(rotors: Mapping[str, Rotor | Raw], name: str | None) -> str | None:
     return f"{name}.{next(iter(gears))}" if isinstance(gears, Mapping) and len(gears) == 1 else name
 
 
-def _label_faults(rotors: Mapping[str, Rotor | Raw], meshes: Sequence[Mesh | Raw]) -> Iterator[Fault]:
-    seen: dict[frozenset[str], int] = {}
-    for index, mesh in enumerate(meshes):
-        driver, driven = (_in_full(rotors, text(mesh, role)) for role in ("driver", "driven"))
+def _label_faults(names: Sequence[Sequence[str | None]]) -> Iterator[Fault]:
+    """Refuse meshes of the same two gears."""
+    seen: dict[frozenset[str | None], int] = {}
+    for index, (driver, driven) in enumerate(names):
         if driver is None or driven is None or driver == driven:
             continue
         first = seen.setdefault(frozenset((driver, driven)), index)
@@ -105,16 +95,13 @@ def _label_faults(rotors: Mapping[str, Rotor | Raw], meshes: Sequence[Mesh | Raw
             yield Fault(f"meshes.{index}", f"{driver}-{driven}", rule, "Remove one of the two")
 
 
-def _gear_faults(rotors: Mapping[str, Rotor | Raw], meshes: Sequence[Mesh | Raw]) -> Iterator[Fault]:
+def _gear_faults(meshes: Sequence[Mesh | Raw], names: Sequence[Sequence[str | None]]) -> Iterator[Fault]:
     """Refuse meshes that give one gear two modules or two pressure angles."""
-    first: dict[str, int] = {}
-    for index, mesh in enumerate(meshes):
-        if not isinstance(mesh, Mesh):
-            continue
-        for name in (_in_full(rotors, mesh.driver) or "", _in_full(rotors, mesh.driven) or ""):
+    first: dict[str | None, int] = {}
+    valid = [(index, mesh) for index, mesh in enumerate(meshes) if isinstance(mesh, Mesh)]
+    for index, mesh in valid:
+        for name in names[index]:
             other = meshes[first.setdefault(name, index)]
-            if not isinstance(other, Mesh) or other is mesh:
-                continue
             for field in ("module", "pressure_angle"):
                 mine, theirs = getattr(mesh, field), getattr(other, field)
                 if not math.isclose(mine, theirs, rel_tol=_SAME):

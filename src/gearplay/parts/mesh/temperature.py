@@ -29,7 +29,7 @@ def mesh_at_temperature(case: "Train", j: int, factors: Mapping[str, float]) -> 
         "module": factor * mesh.module,
         "backlash": factor * geometry.working_backlash(case, j) * normal,
     }
-    if mesh.center_distance is not None or pair.first.profile_shift or pair.second.profile_shift:
+    if mesh.center_distance is not None or pair.is_shifted:
         update |= {"center_distance": factor * pair.distance, "center_distance_allowance": None}
     return mesh.model_copy(update=update)
 

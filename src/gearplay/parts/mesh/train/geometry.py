@@ -107,7 +107,7 @@ def _working_distance(case: "Train", j: int, pair: GearPair) -> float:
     mesh = case.meshes[j]
     if mesh.center_distance is not None:
         return mesh.center_distance
-    if pair.first.profile_shift or pair.second.profile_shift:
+    if pair.is_shifted:
         one, other = (case.rotors[name].position for name in mesh.rotors)
         return pair.shifted_distance if one is None or other is None else math.dist(one, other)
     return pair.reference_distance
