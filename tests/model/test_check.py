@@ -95,6 +95,16 @@ def test_a_case_without_excitation_is_noted(missing: str | None) -> None:
     assert noted is (missing is None)
 
 
+@pytest.mark.parametrize("kind", ["speed", "servo"])
+def test_a_speed_over_time_excites(kind: str) -> None:
+    gains = {"proportional_gain": 1.0, "integral_gain": 0.0, "torque_limit": 1.0}
+    drive = {"kind": kind, "speed": {"table": [[0.0, 12.0], [1.0, 14.0]]}}
+    case = replace(
+        load_case("han2021"), QUIET | {"rotors.pinion.drive": drive | (gains if kind == "servo" else {})}
+    )
+    assert not any("nothing excites" in finding.message for finding in check_case(case))
+
+
 def test_the_bound_of_a_line_is_that_of_a_square_wave() -> None:
     # 4 c / pi is the fundamental of a square wave of amplitude c
     wave = [math.copysign(1e-4, math.sin(2 * math.pi * (k + 0.5) / 4000)) for k in range(4000)]

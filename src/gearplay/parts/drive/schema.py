@@ -60,6 +60,10 @@ class _SpeedDrive(Actuator):
         """Return whether the speed is 0."""
         return self.speed == 0.0
 
+    def excites(self) -> bool:
+        """Return whether its speed changes: with a ramp, over time."""
+        return self.ramp > 0.0 or self.over_time is not None
+
     def _over_time_problems(self) -> list[Problem]:
         """Set the constant of a drive whose speed is given over time; return a contradiction, and a ramp."""
         problems = nominal_problems(self, "speed")
@@ -113,7 +117,7 @@ class SpeedDrive(_SpeedDrive):
 
     def excites(self) -> bool:
         """Return whether its speed changes: with a ramp, over time, with a ripple."""
-        return self.ramp > 0.0 or self.over_time is not None or any(term.amplitude for term in self.ripple)
+        return super().excites() or any(term.amplitude for term in self.ripple)
 
     def time_invariant(self) -> "SpeedDrive":
         """Return a drive that holds the rotation."""
@@ -166,10 +170,6 @@ class ServoDrive(_SpeedDrive):
     def _check(self) -> "ServoDrive":
         refuse([*self._start_problems(), *self._over_time_problems()])
         return self
-
-    def excites(self) -> bool:
-        """Return whether it has a ramp."""
-        return self.ramp > 0.0
 
     def speed_gains(self) -> tuple[float, float]:
         """Return the gains on the error of the speed and on its integral."""
