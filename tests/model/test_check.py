@@ -5,8 +5,8 @@ import pytest
 
 from gearplay.model.check import check_case
 from gearplay.model.reading import bundled_names, load_case, replace
-from gearplay.parts.mesh.train.geometry import amplitude_bound
 from gearplay.parts.mesh.train.rolling import mesh_frequency
+from gearplay.parts.sleeve.amplitude import amplitude_bound
 
 
 def found(name: str, changes: dict[str, Any] | None = None) -> dict[str, str]:
@@ -93,6 +93,16 @@ def test_a_case_without_excitation_is_noted(missing: str | None) -> None:
     case = replace(load_case("han2021"), {path: value for path, value in QUIET.items() if path != missing})
     noted = any("nothing excites" in finding.message for finding in check_case(case))
     assert noted is (missing is None)
+
+
+@pytest.mark.parametrize("kind", ["speed", "servo"])
+def test_a_speed_over_time_excites(kind: str) -> None:
+    gains = {"proportional_gain": 1.0, "integral_gain": 0.0, "torque_limit": 1.0}
+    drive = {"kind": kind, "speed": {"table": [[0.0, 12.0], [1.0, 14.0]]}}
+    case = replace(
+        load_case("han2021"), QUIET | {"rotors.pinion.drive": drive | (gains if kind == "servo" else {})}
+    )
+    assert not any("nothing excites" in finding.message for finding in check_case(case))
 
 
 def test_the_bound_of_a_line_is_that_of_a_square_wave() -> None:

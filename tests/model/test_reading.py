@@ -140,6 +140,7 @@ def test_overrides(override: str, read: Any) -> None:
         ("mesh.0.backlash=1", "'meshes'"),
         ("rotors.rng.mass=1", "'ring'"),
         ("sleeves.pinion.restitution=1", "no such entry"),
+        ("bearings.rng.elements=7", "no such entry"),
         ("rotors.ring.lod.drag=1", "'load'"),
         ("run.duration.x=1", "has no parts"),
         ("run.duration", "path=value"),

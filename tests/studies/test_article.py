@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gearplay.parts.mesh.train.geometry import amplitude_bound as kinematic_bound
+from gearplay.parts.sleeve.amplitude import amplitude_bound as kinematic_bound
 from gearplay.studies.han2021 import article
 from gearplay.studies.han2021.article import AMPLITUDE, FREQUENCY, MODELS, SOURCES, best_factor, mean_error
 from gearplay.studies.han2021.findings import amplitude_bound, clearances

@@ -7,11 +7,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, Tag, model_validator
 
-from gearplay.model.wording import did_you_mean
 from gearplay.rig.plan import Accelerometer
 from gearplay.schema.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.quantities import CONTACT_STATISTICS
+from gearplay.vocabulary.suggestions import did_you_mean
 
 Text = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\p{Cc}\p{Cf}]*$")]
 Changes = Annotated[dict[str, Any], Field(description="changes of the case, by path")]

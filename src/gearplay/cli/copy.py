@@ -81,7 +81,7 @@ def _kinds_of(name: str, kind: str | None, known: dict[str, list[str]]) -> tuple
 
     Raises `InputError` where there is none.
     """
-    from gearplay.model.wording import did_you_mean
+    from gearplay.vocabulary.suggestions import did_you_mean
 
     if kind is not None and kind not in PLACES:
         rule = "must be case, sweep, calibration or dataset"

@@ -51,10 +51,10 @@ def plot(
 ) -> None:
     """Draw a result: overview, history, orbit, spectrum, mechanism."""
     from gearplay.files.atomic import check_new, write_bytes
-    from gearplay.model.wording import did_you_mean
     from gearplay.pictures.canvas import to_bytes
     from gearplay.results.choice import time_window
     from gearplay.vocabulary.errors import InputError
+    from gearplay.vocabulary.suggestions import did_you_mean
 
     chosen = kind or ("history" if signal else "overview")
     if chosen not in KINDS:

@@ -14,6 +14,7 @@ from gearplay.diagnosis.measures import PARTS
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
 from gearplay.parts.bearing.faults import touching
+from gearplay.parts.mesh.faults import SINGLE_TEETH, SpallFault
 from gearplay.parts.mesh.train.geometry import full_name, gear_of, pair_of, working_backlash
 from gearplay.vocabulary.errors import InputError
 
@@ -97,7 +98,7 @@ def _faults(case: Case, machine: Machine, h: Hypothesis, loads: Mapping[str, flo
         if h.kind == "eccentric":
             sizes = [share * module for share in ECCENTRICITIES]
             yield made(h.name, "eccentricity", "amount", "eccentricity", sizes, at=gear.name)
-        elif any(mesh.contact == "pairs" for mesh in meshes):
+        elif any(map(SpallFault.fits_contact, meshes)):
             if not gear_of(case, gear.name).internal:
                 sizes = [share * module for share in CRACKS]
                 yield made(f"crack of a tooth of {gear.name}", "crack", "depth", "depth", sizes, at=gear.name)
@@ -132,7 +133,7 @@ def _reason(case: Case, machine: Machine, h: Hypothesis) -> str:
         return f"the case has no [bearings] table of {machine.bearings[h.place].name}"
     if machine.gears[h.place].shaft is None:
         return "its gear is in a planetary set"
-    return 'faults of single teeth need meshes with contact = "pairs"'
+    return SINGLE_TEETH
 
 
 def _wear(case: Case) -> Iterator[Suspect]:

@@ -10,8 +10,8 @@ from gearplay.model.bundled import bundled, bundled_text
 from gearplay.model.case import Case
 from gearplay.model.reading import bundled_names
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
-from gearplay.model.wording import did_you_mean
 from gearplay.vocabulary.errors import InputError, shorten
+from gearplay.vocabulary.suggestions import did_you_mean
 
 Source = str | os.PathLike[str] | Mapping[str, Any]
 

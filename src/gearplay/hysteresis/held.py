@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from gearplay.linear.time_invariant import Smooth
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
-from gearplay.model.wording import did_you_mean
 from gearplay.parts.drive.schema import SpeedDrive
 from gearplay.parts.mesh.train import geometry, rolling
 from gearplay.parts.rotor.schema import Initial, Load
@@ -19,6 +18,7 @@ from gearplay.parts.tables import HOLDERS
 from gearplay.schema.fields import FrozenTable
 from gearplay.solver.frames import CarrierFrames
 from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.suggestions import did_you_mean
 
 Floats = NDArray[np.float64]
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from gearplay.hysteresis.balance_path import Train
 from gearplay.hysteresis.held import Held
 from gearplay.model.case import Case
-from gearplay.parts.drive.position_packing import loop_of, speed_sensor_of
-from gearplay.parts.mesh.train import rolling
+from gearplay.parts.drive.loops import LoopDrive
 
 Floats = NDArray[np.float64]
 
@@ -80,15 +79,13 @@ def _loop_matrix(case: Case, whole: Held, rated: float) -> Callable[[float, floa
     """
     hot = case.operating
     names = list(hot.rotors)
-    loops = [n for n in whole.hold if (d := hot.rotors[n].drive) is not None and d.kind in rolling.LOOPS]
+    loops = [(n, drive) for n in whole.hold if isinstance(drive := hot.rotors[n].drive, LoopDrive)]
     if not loops or not np.any(whole.ratios):
         return None
-    name, drive = loops[0], hot.rotors[loops[0]].drive
-    assert drive is not None
-    assert drive.kind == "position" or drive.kind == "cascade"
+    name, drive = loops[0]
     turns = dict(zip(names, whole.ratios.tolist(), strict=True))
-    sensor, speed_sensor = drive.sensor or name, speed_sensor_of(drive, name)
-    loop = loop_of(drive, turns[speed_sensor] / turns[sensor])
+    sensor, speed_sensor = drive.sensor or name, drive.measures_speed_of(name)
+    loop = drive.loop(turns[speed_sensor] / turns[sensor])
     train = Train(whole)
     train.friction = {}
     train.load(rated)

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from gearplay.files.atomic import shown_path
 from gearplay.files.measurements.building import split_unit
 from gearplay.files.measurements.csv_layout import Layout, is_comment, is_number, sniff, split_rows
-from gearplay.model.wording import did_you_mean
 from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import InputError, ResourceError
+from gearplay.vocabulary.suggestions import did_you_mean
 
 Floats = NDArray[np.float64]
 

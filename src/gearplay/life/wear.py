@@ -56,7 +56,7 @@ def wear(
     Parameters
     ----------
     case
-        A `Case`, a bundled name, a path or a mapping; meshes that wear have ``contact = "pairs"``.
+        A `Case`, a bundled name, a path or a mapping; meshes that wear have ``wear`` and the contact that it needs.
     turns
         Life, in turns of the reference rotor.
     blocks

@@ -17,12 +17,13 @@ from gearplay.integrate.switches import make_branch
 from gearplay.kernels.compiled_once import bound
 from gearplay.kernels.layout import OPEN
 from gearplay.linear.balance import balance
-from gearplay.linear.bilateral import act_on_both_sides, bilateral_meshes, linear_bushes
 from gearplay.linear.time_invariant import Smooth
 from gearplay.model.initial import initial_state
+from gearplay.parts.mesh.bilateral import bilateral_meshes, join_flanks
 from gearplay.parts.mesh.train import rolling
 from gearplay.parts.mesh.train.massless import UNITS
 from gearplay.parts.registry import KINDS
+from gearplay.parts.sleeve.bilateral import centred_as_springs, linear_bushes
 from gearplay.vocabulary.errors import InputError, SimulationError
 
 Floats = NDArray[np.float64]
@@ -104,7 +105,9 @@ class Linear:
         """Return the derivative of all rates by all states, shape [state, state]; call `forces` first."""
         self.columns[:] = 0.0
         self._matrix_at()
-        if act_on_both_sides(self.system, self.slopes, self.state, self.bilateral, self.linear_bushes):
+        rows = self.slopes.elements
+        join_flanks(self.system, rows, self.bilateral)
+        if centred_as_springs(self.system, rows, self.state, self.linear_bushes) or self.bilateral:
             for column in range(self.size):
                 self.scratch[column] = 1.0
                 rate_of_change(

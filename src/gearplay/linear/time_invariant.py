@@ -12,14 +12,7 @@ from numpy.typing import NDArray
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed, pack
 from gearplay.model.perfect import perfect_rotor
-from gearplay.parts.drive.schema import (
-    CascadeDrive,
-    MotorDrive,
-    PositionDrive,
-    ServoDrive,
-    SpeedDrive,
-    TorqueDrive,
-)
+from gearplay.parts.drive.schema import TorqueDrive
 from gearplay.parts.mesh.faults import GearFault
 from gearplay.parts.mesh.mesh_stiffness import pack_stiffness
 from gearplay.parts.mesh.schema import Mesh
@@ -111,7 +104,7 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
         if carrier >= 0 and frames.speeds[i] != speeds[carrier]:
             rule = f"must be left out, since {names[i]} goes round with {names[carrier]}, in no coaxial set alone"
             raise InputError.of("speed", speed, rule, "Ask for the modes at rest")
-    servos = frozenset(n for n, r in hot.rotors.items() if isinstance(r.drive, (ServoDrive, MotorDrive)))
+    servos = frozenset(n for n, r in hot.rotors.items() if r.drive and r.drive.speed_gains())
     return Smooth(still, packed, centres, speeds, servos, carriers, frames)
 
 
@@ -123,18 +116,8 @@ def _rotor(rotor: Rotor, speed: float, sense: float, *, loaded: bool) -> Rotor:
         if load.torque > 0.0 or speed != 0.0:
             torque -= (sense or float(np.sign(speed))) * (load.torque + load.drag * abs(speed))
             torque -= float(np.sign(speed)) * load.friction
-        if isinstance(drive, TorqueDrive):
-            torque += drive.torque
-    new: object = TorqueDrive(torque=torque) if torque != 0.0 else None
-    if isinstance(drive, SpeedDrive):
-        new = SpeedDrive(speed=0.0)
-    elif isinstance(drive, (PositionDrive, CascadeDrive)):
-        quiet = dict.fromkeys(
-            ("angle", "integral_gain", "sample_time", "delay", "resolution", "speed_resolution"), 0.0
-        )
-        new = drive.model_copy(
-            update={**quiet, "over_time": None} | ({} if drive.kind == "position" else {"position_every": 1})
-        )
+        torque += drive.constant_torque() if drive else 0.0
+    new = (drive and drive.time_invariant()) or (TorqueDrive(torque=torque) if torque != 0.0 else None)
     changes = {
         "drive": new,
         "load": Load(drag=rotor.load.drag),
@@ -149,14 +132,14 @@ def _servo_springs(case: Case) -> dict[str, Support]:
     """Return supports with the springs that speed servos are to their rotors: gain on the speed, and on its integral."""
     found = {}
     for name, rotor in case.rotors.items():
-        if not isinstance(rotor.drive, (ServoDrive, MotorDrive)):
+        if rotor.drive is None or (gains := rotor.drive.speed_gains()) is None:
             continue
         before = case.supports.get(name)
         spring = before.torsional_stiffness if before is not None else 0.0
         damper = before.torsional_damping if before is not None else 0.0
         own = {
-            "torsional_stiffness": spring + rotor.drive.integral_gain,
-            "torsional_damping": damper + rotor.drive.proportional_gain,
+            "torsional_stiffness": spring + gains[1],
+            "torsional_damping": damper + gains[0],
         }
         found[name] = before.model_copy(update=own) if before is not None else Support.model_validate(own)
     return found

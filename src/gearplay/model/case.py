@@ -5,30 +5,20 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
 from gearplay.model.consistency import cross_faults
-from gearplay.model.expansion import at_temperature
+from gearplay.model.expansion import expanded
 from gearplay.model.item_names import distinct
-from gearplay.model.policy import (
-    DEFAULT_TOLERANCE,
-    LIMITS,
-    FixedStep,
-    FixedStepContacts,
-    MostSteps,
-    MostWallTime,
-    Policy,
-    Tolerance,
-    check_contacts,
-)
+from gearplay.model.policy import LIMITS, Policy, Run
 from gearplay.model.torsional_pair import FIELD, PARTS, TorsionalPair
 from gearplay.parts.bearing.schema import Bearing
 from gearplay.parts.coupling.schema import Coupling
 from gearplay.parts.environment import Environment
 from gearplay.parts.faults import AnyFault
-from gearplay.parts.mesh.drawn_gears import drawn_faults
+from gearplay.parts.mesh.drawn_gears import drawn_faults, draws_deviations, printed_faults
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.planetary.expansion import set_faults, with_members, without_members
 from gearplay.parts.protocol import Holder, Joint
@@ -68,41 +58,12 @@ else:
     Base, Planetary = Annotated[Any, Later(_base)], Annotated[Any, Later(_planetary)]
 
 NO_ROTORS: Final = Fault("rotors", NO_VALUE, "must have 1 to 200 entries", "Add or remove entries")
-_NOT_PRINTED = "must be 0 as published, where teeth have no friction"
+
+Each = TypeVar("Each", bound=Part)
+ByRotor = Annotated[dict[RotorName, Each], Counted(0, 200), AfterValidator(FrozenTable)]
+"""Parts by the names of rotors."""
 
 Acceleration = Annotated[float, Measure(q.ACCELERATION, "gravity along this axis")]
-
-
-Start = Annotated[
-    Literal["given", "drawn"],
-    Field(
-        description="the first member's start: as the case says, exactly centred where it says nothing, or drawn like the others",
-        exclude_if=lambda chosen: chosen == "given",
-    ),
-]
-
-
-class Run(Part):
-    """Settings of the simulation: duration, sampling, tolerance, ensemble, limits."""
-
-    duration: Annotated[float, Measure(q.TIME, "recorded time", gt=0.0, le=1e6)]
-    transient: Annotated[float, Measure(q.TIME, "time simulated before recording starts", ge=0.0, le=1e6)] = (
-        0.0
-    )
-    sampling: Annotated[float, Measure(q.FREQUENCY, "samples per second", ge=1.0, le=1e7)] = 1e5
-    ensemble: Annotated[int, Field(ge=1, le=100_000, description="number of runs from perturbed starts")] = 1
-    seed: Annotated[int, Field(ge=0, le=2**63 - 1, description="seed of the perturbations")] = 0
-    start: Start = "given"
-    tolerance: Tolerance = DEFAULT_TOLERANCE
-    fixed_step: FixedStep | None = None
-    fixed_step_contacts: FixedStepContacts = "step"
-    max_steps: MostSteps | None = None
-    max_wall_time: MostWallTime | None = None
-
-    @model_validator(mode="after")
-    def _check(self) -> "Run":
-        check_contacts(self.fixed_step, self.fixed_step_contacts)
-        return self
 
 
 class ChangedPaths(tuple[str, ...]):
@@ -182,31 +143,17 @@ class Case(Part):
         Field(description="backlash follows the centre distance, or is constant"),
     ] = "coupled"
     gravity: Annotated[tuple[Acceleration, Acceleration], Listed(2, 2, "gravity along x and y")] = (0.0, 0.0)
-    rotors: Annotated[
-        dict[RotorName, Rotor],
-        Field(description="rotors by name"),
-        Counted(0, 200),
-        AfterValidator(FrozenTable),
-    ]
+    rotors: Annotated[ByRotor[Rotor], Field(description="rotors by name")]
     sleeves: Annotated[
-        dict[RotorName, Sleeve],
-        Field(description="sleeves by the name of the rotor they support"),
-        Counted(0, 200),
-        AfterValidator(FrozenTable),
+        ByRotor[Sleeve], Field(description="sleeves by the name of the rotor they support")
     ] = Field(default_factory=FrozenTable)
     meshes: Annotated[tuple[Mesh, ...], Listed(0, 400, "pairs of gears in mesh")] = ()
     couplings: Annotated[tuple[Coupling, ...], Listed(0, 400, "shafts and couplings between rotors")] = ()
     supports: Annotated[
-        dict[RotorName, Support],
-        Field(description="elastic supports by the name of the rotor they hold"),
-        Counted(0, 200),
-        AfterValidator(FrozenTable),
+        ByRotor[Support], Field(description="elastic supports by the name of the rotor they hold")
     ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
     bearings: Annotated[
-        dict[RotorName, Bearing],
-        Field(description="rolling bearings by the name of the rotor they hold"),
-        Counted(0, 200),
-        AfterValidator(FrozenTable),
+        ByRotor[Bearing], Field(description="rolling bearings by the name of the rotor they hold")
     ] = Field(default_factory=FrozenTable, exclude_if=is_absent)
     faults: Annotated[
         tuple[AnyFault, ...],
@@ -266,15 +213,8 @@ class Case(Part):
         faults = [
             *cross_faults(vars(self)),
             *set_faults(self.planetary, self.rotors),
+            *printed_faults(self),
         ]
-        if self.formulation == "as_published":
-            faults += [
-                Fault(
-                    f"meshes.{j}.friction_coefficient", mesh.friction_coefficient, _NOT_PRINTED, "Remove it"
-                )
-                for j, mesh in enumerate(self.meshes)
-                if mesh.friction_coefficient > 0.0
-            ]
         if self.environment is None:
             rule = "must not be given without an environment, which says at which temperature lengths hold"
             cure = "Add [environment] with a temperature, or remove it"
@@ -331,9 +271,7 @@ class Case(Part):
         """Whether the mechanism differs between members: a random record of the housing, or deviations drawn within a class."""
         if self.base is not None and self.base.is_per_member:
             return True
-        gears = (gear for rotor in self.rotors.values() for gear in (rotor, *rotor.gears.values()))
-        drawn = self.formulation == "geometric" and self.backlash_model == "coupled" and self.meshes
-        return bool(drawn) and any(gear.quality for gear in gears)
+        return draws_deviations(self)
 
     def holders(self, rotor: str) -> tuple[Holder, ...]:
         """Return the parts that hold a rotor, in the order of `HOLDERS`."""
@@ -385,11 +323,17 @@ class Case(Part):
     @property
     def operating(self) -> "Case":
         """The case at its temperatures, with the lengths that they leave; itself without an `Environment`."""
-        return self if self.environment is None else self._at_temperature
+        return self if self.environment is None else self._expanded
 
     @cached_property
-    def _at_temperature(self) -> "Case":
-        return at_temperature(self)
+    def _expanded(self) -> "Case":
+        return expanded(self)
+
+    def at_temperature(self, temperature: float) -> "Case":
+        """Return the case, which has an `Environment`, with the lengths that another temperature [K] of it leaves."""
+        assert self.environment is not None, "checked before"
+        environment = self.environment.model_copy(update={"temperature": temperature})
+        return expanded(self.model_copy(update={"environment": environment}))
 
     def _repr_html_(self) -> str:
         from gearplay.model.case_table import case_html

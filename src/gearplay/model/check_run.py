@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearplay.parts.drive.schema import ServoDrive, SpeedDrive, TorqueDrive
-from gearplay.parts.drive.terms import largest_torque
 from gearplay.parts.mesh.train import rolling
 from gearplay.parts.rotor.schema import Initial
 from gearplay.schema.finding import Finding
@@ -33,19 +31,16 @@ def run_findings(case: Case) -> Iterator[Finding]:
 def _transient(case: Case) -> Iterator[Finding]:
     run = case.run
     meant = case.base is not None or any(
-        rotor.initial != Initial() or getattr(rotor.drive, "ramp", 0.0) > 0.0
+        rotor.initial != Initial() or (rotor.drive and rotor.drive.run_up()[1] > 0.0)
         for rotor in case.rotors.values()
     )
     if run.transient > 0.0 or meant:
         return
-    loads = []
-    for rotor in case.rotors.values():
-        loads.append(largest_torque(rotor.load.torque, rotor.load.terms, rotor.load.table))
-        if isinstance(rotor.drive, TorqueDrive):
-            loads.append(rotor.drive.largest_torque)
+    sources = [each for rotor in case.rotors.values() for each in (rotor.load, rotor.drive) if each]
+    largest = max(each.largest_torque() for each in sources)
     applied = (
-        f": torques of up to {max(loads):.4g} N m act at once, which may double what they press with"
-        if max(loads) > 0.0
+        f": torques of up to {largest:.4g} N m act at once, which may double what they press with"
+        if largest > 0.0
         else ""
     )
     yield Finding(
@@ -73,23 +68,23 @@ def _start_shock(case: Case) -> Iterator[Finding]:
     """Compare the torque that a ramp of the driving speed requires with the steady load, both at the driving rotor."""
     names = list(case.rotors)
     _, ratios = rolling.rolling_ratios(case)
-    for name, rotor in case.rotors.items():
-        drive = rotor.drive
-        if not isinstance(drive, (SpeedDrive, ServoDrive)) or case.run.transient >= drive.ramp:
+    for name, drive in ((name, rotor.drive) for name, rotor in case.rotors.items() if rotor.drive):
+        change, time = drive.run_up()
+        if case.run.transient >= time:
             continue
-        own = ratios[names.index(name)]
+        speed, own = abs(drive.nominal_speed() or 0.0), ratios[names.index(name)]
         if own == 0.0:
             continue
         share = np.abs(ratios / own)
         turning = [(share[i], each) for i, each in enumerate(case.rotors.values()) if names[i] != name]
         inertia = sum(each.inertia * ratio**2 for ratio, each in turning)
         steady = sum(
-            ratio * (each.load.torque + each.load.friction + each.load.drag * ratio * abs(drive.speed))
+            ratio * (each.load.torque + each.load.friction + each.load.drag * ratio * speed)
             for ratio, each in turning
         )
-        shock = inertia * abs(drive.speed - drive.start_speed) / drive.ramp
+        shock = inertia * abs(change) / time
         if shock > steady > 0.0:
-            least = inertia * abs(drive.speed - drive.start_speed) / steady
+            least = inertia * abs(change) / steady
             yield Finding(
                 "warning",
                 f"rotors.{name}.drive.ramp",

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from gearplay.model.toml_files import lines_of
-from gearplay.vocabulary.errors import NO_VALUE, InputError, shorten
+from gearplay.model.toml_files import rows_of
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 
 def fill_deviations(given: dict[str, Any], path: str, folder: Path) -> None:
@@ -20,24 +20,6 @@ def fill_deviations(given: dict[str, Any], path: str, folder: Path) -> None:
             if column in given:
                 rule = "must not be given together with a profile, which gives it"
                 raise InputError.of(f"{path}.{column}", NO_VALUE, rule, "Remove one of the two")
-        rows = _numbers(f"{path}.{field}", folder / name, len(names))
+        what = f"{len(names)} numbers [um] in each line, one line a tooth"
+        rows = rows_of(f"{path}.{field}", folder / name, len(names), what)
         given |= {column: [1e-6 * row[k] for row in rows] for k, column in enumerate(names)}
-
-
-def _numbers(at: str, path: Path, columns: int) -> list[list[float]]:
-    """Return the rows of a text file of so many columns; a line of heads may be first."""
-    rows: list[list[float]] = []
-    for number, words in lines_of(at, path):
-        try:
-            row = [float(word) for word in words]
-        except ValueError:
-            row = []
-            if not rows and number <= 2:
-                continue
-        if len(row) != columns:
-            rule = (
-                f"must have {columns} numbers [um] in each line, one line a tooth, but line {number} has not"
-            )
-            raise InputError.of(at, shorten(path.name), rule, "Use a point as decimal sign")
-        rows.append(row)
-    return rows

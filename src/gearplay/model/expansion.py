@@ -5,23 +5,20 @@ a carrier its pins by its own; a pair of gears meshes at |r_a f_a + r_b f_b| as 
 leave (R + c) f_bush - R f_journal.
 """
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
+from gearplay.parts.mesh.temperature import mesh_at_temperature, thermal_texts
 from gearplay.parts.mesh.train import geometry
 from gearplay.parts.protocol import Holder
 from gearplay.parts.tables import HOLDERS
 from gearplay.schema.fields import FrozenTable
+from gearplay.schema.units import ICE
 from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
     from gearplay.parts.environment import Environment
-    from gearplay.parts.rotor.gear import Gear
-    from gearplay.parts.rotor.schema import Rotor
-
-KELVIN = 273.15
 
 
 class _Factors(NamedTuple):
@@ -31,7 +28,7 @@ class _Factors(NamedTuple):
     housing: float
 
 
-def at_temperature(case: "Case") -> "Case":
+def expanded(case: "Case") -> "Case":
     """Return the case with the lengths at the temperatures of its parts; the same object if none changes.
 
     Raises `InputError` where an expansion is needed that is not given, or a journal no longer fits its bush.
@@ -44,10 +41,9 @@ def at_temperature(case: "Case") -> "Case":
         return case
     centres = _moved(case, factors)
     rotors = {
-        name: rotor.model_copy(update={"position": centres[name], **_grown(case, name, factors.rotors[name])})
-        for name, rotor in case.rotors.items()
+        name: rotor.at_temperature(factors.rotors[name], centres[name]) for name, rotor in case.rotors.items()
     }
-    meshes = tuple(_expanded_mesh(case, j, factors) for j in range(len(case.meshes)))
+    meshes = tuple(mesh_at_temperature(case, j, factors.rotors) for j in range(len(case.meshes)))
     holders: dict[str, dict[str, Holder]] = {table: {} for table in HOLDERS}
     for table, name, part in case.every_holder():
         bush = factors.housing if part.on is None else factors.rotors[part.on]
@@ -64,7 +60,7 @@ def _factors(case: "Case", environment: "Environment") -> _Factors:
         if warmer == 0.0 or not _matters(case, name):
             rotors[name] = 1.0
         elif rotor.material is None:
-            degrees = f"{warmer + reference - KELVIN:.6g} degC"
+            degrees = f"{warmer + reference - ICE:.6g} degC"
             rule = f"is required at {degrees}, {abs(warmer):.6g} K from the reference temperature"
             cure = 'Give it a material = { expansion = "11.5e-6 1/K" }'
             raise InputError.of(f"rotors.{name}.material", NO_VALUE, rule, cure)
@@ -111,63 +107,12 @@ def _moved(case: "Case", factors: _Factors) -> dict[str, tuple[float, float]]:
     return moved
 
 
-def _grown(case: "Case", name: str, factor: float) -> dict[str, object]:
-    """Return a rotor's runouts and the lengths of its drawings as they have grown."""
-    rotor = case.rotors[name]
-    gears = {
-        called: gear.model_copy(update=_grown_teeth(gear, factor)) for called, gear in rotor.gears.items()
-    }
-    return {**_grown_teeth(rotor, factor), "gears": FrozenTable(gears)}
-
-
-def _grown_teeth(gear: "Gear | Rotor", factor: float) -> dict[str, object]:
-    lengths = {
-        field: factor * value
-        for field in ("tip_diameter", "bore", "facewidth", "thickness")
-        if (value := getattr(gear, field)) is not None
-    }
-    return {
-        "runout": gear.runout.model_copy(update={"amplitude": factor * gear.runout.amplitude}),
-        **lengths,
-    }
-
-
-def _expanded_mesh(case: "Case", j: int, factors: _Factors) -> object:
-    mesh = case.meshes[j]
-    a, b, r_a, r_b = geometry.signed_radii(case, j)
-    f_a, f_b = (factors.rotors[geometry.rotor_of(case, name)] for name in (a, b))
-    factor = (r_a * f_a + r_b * f_b) / (r_a + r_b)
-    pair = geometry.pair_of(case, j)
-    normal = math.cos(pair.first.base_helix) if pair.first.helix_angle else 1.0
-    update: dict[str, object] = {
-        "module": factor * mesh.module,
-        "backlash": factor * geometry.working_backlash(case, j) * normal,
-    }
-    if mesh.center_distance is not None or pair.first.profile_shift or pair.second.profile_shift:
-        update |= {"center_distance": factor * pair.distance, "center_distance_allowance": None}
-    return mesh.model_copy(update=update)
-
-
 def thermal_changes(case: "Case") -> dict[str, str]:
     """Return texts on the thermal changes of a case's lengths, by field; empty where nothing changes."""
     hot = case.operating
     if hot is case:
         return {}
-    texts = {}
-    cold_centres, hot_centres = geometry.centres(case), geometry.centres(hot)
-    for j, mesh in enumerate(case.meshes):
-        one, other = mesh.rotors
-        cold, warm = (math.dist(at[one], at[other]) for at in (cold_centres, hot_centres))
-        play, left = (geometry.installed_backlash(each, j) for each in (case, hot))
-        gears = geometry.working_distance(hot, j) - geometry.working_distance(case, j)
-        beyond = warm - cold - gears
-        pair = geometry.pair_of(case, j)
-        first = pair.second.sign * 2.0 * math.sin(pair.working_angle)
-        texts[f"meshes.{j}"] = (
-            f"at temperature the centre distance is {1e3 * warm:.6g} mm, {1e6 * (warm - cold):+.1f} um, which is "
-            f"{1e6 * beyond:+.1f} um beyond its gears; the backlash is {1e6 * left:.1f} um, {1e6 * (left - play):+.1f} um "
-            f"(2 sin alpha x centre distance: {1e6 * first * beyond:+.1f} um)"
-        )
+    texts = thermal_texts(case, hot)
     for (table, name, cold_part), (_, _, hot_part) in zip(
         case.every_holder(), hot.every_holder(), strict=True
     ):

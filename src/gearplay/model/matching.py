@@ -50,12 +50,8 @@ def matching_speeds(case: Case, nominal: Floats, without: str | None = None) -> 
         return driven
     places = {name: i for i, name in enumerate(case.rotors)}
     drives = {n: r.drive for n, r in case.rotors.items() if r.drive is not None}
-    prescribed = [n for n, drive in drives.items() if drive.kind == "speed"]
-    loops = [
-        n
-        for n, drive in drives.items()
-        if drive.kind in ("servo", "motor", *rolling.LOOPS) and n not in given
-    ]
+    prescribed = [n for n, drive in drives.items() if drive.prescribes]
+    loops = [n for n, d in drives.items() if n not in {*given, *prescribed} and d.nominal_speed() is not None]
     carriers = {carrier_of(case, n) for n in case.rotors} - {None}
     rolls = matrix_of(rolling.conditions(case, places, held=False), len(places))
     holds = matrix_of(rolling.holds(case, places, without=given), len(places))

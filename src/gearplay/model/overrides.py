@@ -8,18 +8,15 @@ from typing import Any, Final
 from gearplay.model.case import Case
 from gearplay.model.item_names import LISTS, item_names, numbered
 from gearplay.model.toml_files import DEEPEST, plain_copy, text_depth
-from gearplay.model.wording import did_you_mean, known_fields
+from gearplay.model.wording import known_fields
+from gearplay.parts.tables import HOLDERS
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path, shorten
+from gearplay.vocabulary.suggestions import did_you_mean
 
 LONGEST: Final = 4096
 """Longest override [characters]."""
 
-_NAMED: Final = {
-    "rotors": "Rotors",
-    "sleeves": "Sleeves",
-    "supports": "Supports",
-    "planetary": "Planetary sets",
-}
+_NAMED: Final = {name: name.capitalize() for name in ("rotors", *HOLDERS)} | {"planetary": "Planetary sets"}
 
 
 def parse_override(text: str) -> tuple[str, Any]:

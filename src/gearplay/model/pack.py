@@ -3,24 +3,23 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.kernels import housing_motion, layout
-from gearplay.kernels.layout import ROTOR, System
+from gearplay.kernels import housing_motion
+from gearplay.kernels.layout import System
 from gearplay.model.natural_sizes import natural_sizes
-from gearplay.parts.assembly import Assembly, blank
-from gearplay.parts.drive.excitation_packing import refuse_senseless
+from gearplay.parts.assembly import Assembly
 from gearplay.parts.mesh.involute import SERIES_TERMS
 from gearplay.parts.mesh.train import geometry, rolling
 from gearplay.parts.mesh.train.massless import refuse_massless
 from gearplay.parts.packing import pack_elements
 from gearplay.parts.protocol import Packing
 from gearplay.parts.registry import KINDS
+from gearplay.parts.rotor.packing import pack_rotor
 from gearplay.schema.records import edges
-from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -53,49 +52,6 @@ class Packed:
         return int(self.natural.size)
 
 
-def _pack_rotors(case: "Case", speeds: Floats, senses: Floats) -> list[Any]:
-    rotors = [blank(ROTOR) for _ in case.rotors]
-    for i, (name, given) in enumerate(case.rotors.items()):
-        r, drive = rotors[i], given.drive
-        prescribed = drive is not None and drive.kind == "speed"
-        held = geometry.is_held(case, name)
-        if held and (given.initial.vx != 0.0 or given.initial.vy != 0.0):
-            _refuse_moving(name, given.initial)
-        r.mass, r.inertia = given.mass, given.inertia
-        r.inv_mass = 0.0 if held else 1.0 / (given.mass or 1.0)
-        r.inv_inertia = 0.0 if prescribed else 1.0 / (given.inertia or 1.0)
-        r.nominal_speed = speeds[i]
-        if given.load.torque > 0.0 and senses[i] == 0.0:
-            refuse_senseless(name, "torque", f"{given.load.torque:g} N m")
-        r.torque = -senses[i] * given.load.torque
-        if given.unbalance is not None:
-            r.unbalance, r.unbalance_phase = given.unbalance.amount, given.unbalance.phase
-        r.drag, r.friction, r.friction_speed = given.load.drag, given.load.friction, given.load.friction_speed
-        # Of a carried rotor it acts relative to the pin: in its sleeve, or its support.
-        r.radial_damping = given.radial_damping if geometry.carrier_of(case, name) is None else 0.0
-        r.drive, r.controller, r.excitation, r.group, r.wave = layout.DRIVE_NONE, -1, -1, -1, -1
-        if drive is None or drive.kind == "position" or drive.kind == "cascade":
-            continue
-        if drive.kind == "torque":
-            r.torque += drive.torque
-            r.drive_torque = drive.torque
-            continue
-        r.drive = layout.DRIVE_SPEED if prescribed else layout.DRIVE_SERVO
-        if drive.kind == "motor":
-            continue
-        r.ramp_time, r.ramp_start = drive.ramp, drive.start_speed
-        r.ramp_acceleration = (drive.speed - drive.start_speed) / drive.ramp if drive.ramp > 0.0 else 0.0
-    return rotors
-
-
-def _refuse_moving(name: str, start: Any) -> None:
-    """Refuse a velocity of a centre that is held."""
-    axis = "vx" if start.vx != 0.0 else "vy"
-    rule = "must be 0: its centre is held"
-    cure = "Remove it, or give the rotor a sleeve, a support, or floating = true"
-    raise InputError.of(f"rotors.{name}.initial.{axis}", getattr(start, axis), rule, cure)
-
-
 def pack(
     case: "Case",
     *,
@@ -119,7 +75,16 @@ def pack(
     speeds = rolling.nominal_speeds(case)
     turning = case if turning is None else turning.operating
     moving = rolling.moving_speeds(turning, speeds if turning is case else rolling.nominal_speeds(turning))
-    rotors = _pack_rotors(case, speeds, np.sign(moving))
+    rotors = [
+        pack_rotor(
+            *each,
+            speeds[i],
+            np.sign(moving[i]),
+            held=geometry.is_held(case, each[0]),
+            carried=geometry.carrier_of(case, each[0]) is not None,
+        )
+        for i, each in enumerate(case.rotors.items())
+    ]
     base, record = np.zeros(housing_motion.SLOTS), np.zeros((0, 4))
     if case.base is not None:
         from gearplay.parts.housing.schema import Member

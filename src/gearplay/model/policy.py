@@ -1,4 +1,4 @@
-"""Numerical settings of a computation: error tolerance, method, limits."""
+"""Settings of a run: duration, sampling and ensemble; those of the computation: error tolerance, method, limits."""
 
 from typing import Annotated, Any, Final, Literal
 
@@ -105,3 +105,35 @@ class Policy(Part):
     def changes(self) -> dict[str, Any]:
         """Return the policy as changes of a case, by path."""
         return {f"run.{name}": getattr(self, name) for name in type(self).model_fields}
+
+
+Start = Annotated[
+    Literal["given", "drawn"],
+    Field(
+        description="the first member's start: as the case says, exactly centred where it says nothing, or drawn like the others",
+        exclude_if=lambda chosen: chosen == "given",
+    ),
+]
+
+
+class Run(Part):
+    """Settings of the simulation: duration, sampling, tolerance, ensemble, limits."""
+
+    duration: Annotated[float, Measure(q.TIME, "recorded time", gt=0.0, le=1e6)]
+    transient: Annotated[float, Measure(q.TIME, "time simulated before recording starts", ge=0.0, le=1e6)] = (
+        0.0
+    )
+    sampling: Annotated[float, Measure(q.FREQUENCY, "samples per second", ge=1.0, le=1e7)] = 1e5
+    ensemble: Annotated[int, Field(ge=1, le=100_000, description="number of runs from perturbed starts")] = 1
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1, description="seed of the perturbations")] = 0
+    start: Start = "given"
+    tolerance: Tolerance = DEFAULT_TOLERANCE
+    fixed_step: FixedStep | None = None
+    fixed_step_contacts: FixedStepContacts = "step"
+    max_steps: MostSteps | None = None
+    max_wall_time: MostWallTime | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> "Run":
+        check_contacts(self.fixed_step, self.fixed_step_contacts)
+        return self

@@ -18,13 +18,14 @@ from gearplay.model.overrides import apply_change, parse_override
 from gearplay.model.tables import brings_file, with_tables, without_replaced
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text, write_toml
 from gearplay.model.torsional_pair import FIELD, PARTS, speed_fault
-from gearplay.model.wording import did_you_mean, translate
+from gearplay.model.wording import translate
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.planetary.expansion import assumed_members, with_members
 from gearplay.parts.rotor.schema import Rotor
 from gearplay.parts.tables import HOLDERS, JOINTS
 from gearplay.schema.fields import FrozenTable, Part
 from gearplay.vocabulary.errors import Fault, InputError, shorten
+from gearplay.vocabulary.suggestions import did_you_mean
 
 _MOST_OVERRIDES: Final = 1000
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from gearplay.model.deviation_files import fill_deviations
-from gearplay.model.toml_files import lines_of
+from gearplay.model.toml_files import rows_of
 from gearplay.parts.planetary.names import MEMBERS
 from gearplay.vocabulary.errors import InputError, shorten
 
@@ -149,17 +149,6 @@ def _fill(given: dict[str, Any], path: str, folder: Path) -> None:
 
 
 def _columns(at: str, path: Path) -> tuple[list[float], list[float]]:
-    """Return the two columns of a text file; a line of heads may be first."""
-    times: list[float] = []
-    values: list[float] = []
-    for number, words in lines_of(at, path):
-        try:
-            time, value = (float(word) for word in words)
-        except ValueError:
-            if not times and number <= 2:  # heads
-                continue
-            rule = f"must have two numbers in each line, time [s] and value [SI], but line {number} has not"
-            raise InputError.of(at, shorten(path.name), rule, "Use a point as decimal sign") from None
-        times.append(time)
-        values.append(value)
-    return times, values
+    """Return the two columns of a text file."""
+    rows = rows_of(at, path, 2, "two numbers in each line, time [s] and value [SI]")
+    return [time for time, _ in rows], [value for _, value in rows]

@@ -73,6 +73,22 @@ def lines_of(at: str, path: Path) -> Iterator[tuple[int, list[str]]]:
             yield number, words
 
 
+def rows_of(at: str, path: Path, columns: int, what: str) -> list[list[float]]:
+    """Return the rows of numbers of a text file, a line of heads left out; `InputError` for a line without ``what``, so many."""
+    rows: list[list[float]] = []
+    for number, words in lines_of(at, path):
+        try:
+            row = [float(word) for word in words]
+        except ValueError:
+            row = []
+        if len(row) == columns:
+            rows.append(row)
+        elif row or rows or number > 2:
+            rule = f"must have {what}, but line {number} has not"
+            raise InputError.of(at, shorten(path.name), rule, "Use a point as decimal sign")
+    return rows
+
+
 def parse_toml(text: str, where: str) -> dict[str, Any]:
     """Parse TOML text after checking its depth; `where` names it in messages."""
     too_deep = Fault(

@@ -32,8 +32,7 @@ Shares = dict[str, float]
 
 def is_turned_by_file(case: "Case", name: str) -> bool:
     """Return whether the case itself gives the rotation of a rotor at the start."""
-    drive = case.rotors[name].drive
-    return (drive is not None and drive.kind == "speed") or case.rotors[name].initial.theta is not None
+    return case.rotors[name].is_prescribed or case.rotors[name].initial.theta is not None
 
 
 def turning_groups(case: "Case") -> list[Shares]:

@@ -2,53 +2,18 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final, TypeVar, get_origin
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from gearplay.schema.fields import KIND, Later, Problem
-from gearplay.vocabulary.errors import KEY_LENGTH, NO_VALUE, Fault, InputError, join_path, shorten
+from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path
+from gearplay.vocabulary.suggestions import did_you_mean
 
 Path = tuple[str | int, ...]
 Model = TypeVar("Model", bound=BaseModel)
-
-LISTED: Final = 12
-"""Names a hint lists before it stops."""
-
-
-def nearest(word: str, words: Iterable[str]) -> str | None:
-    """Return the word that `word` was probably meant to be.
-
-    Examples
-    --------
-    >>> nearest("modul", ["module", "mass"]), nearest("zzz", ["module"])
-    ('module', None)
-
-    """
-    found = difflib.get_close_matches(word[:KEY_LENGTH], list(words), n=1, cutoff=0.6)
-    return found[0] if found else None
-
-
-def did_you_mean(word: str, words: Iterable[str], title: str = "Known") -> str:
-    """Return a hint: the nearest word, or else the list of all.
-
-    Examples
-    --------
-    >>> did_you_mean("rng", ["ring", "pinion"], "Rotors"), did_you_mean("zz", ["ring"], "Rotors")
-    ("Did you mean 'ring'?", 'Rotors: ring')
-
-    """
-    known = list(words)
-    close = nearest(word, known)
-    if close is not None:
-        return f"Did you mean '{shorten(close, KEY_LENGTH)}'?"
-    if not known:
-        return f"{title}: none"
-    more = ", ..." if len(known) > LISTED else ""
-    return f"{title}: {', '.join(shorten(name, KEY_LENGTH) for name in sorted(known)[:LISTED])}{more}"
 
 
 def validated(model: type[Model], document: Mapping[str, Any]) -> Model:

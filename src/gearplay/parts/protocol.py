@@ -126,6 +126,60 @@ class Packing:
         return x - x_0, y - y_0
 
 
+class Actuator(Part):
+    """Base of drives, which turn a rotor.
+
+    ``prescribes`` is whether the rotation is prescribed, ``positions`` whether a loop brings a rotor to an angle.
+    """
+
+    prescribes: ClassVar[bool] = False
+    positions: ClassVar[bool] = False
+
+    def nominal_speed(self) -> float | None:
+        """Return the nominal speed of its rotor [rad/s], 0 of one that is brought to an angle; None for none."""
+        return None
+
+    def starting_speed(self) -> float | None:
+        """Return the speed that it gives its rotor at t = 0 [rad/s]; None for none."""
+        return None
+
+    def run_up(self) -> tuple[float, float]:
+        """Return the change of the nominal speed [rad/s] in a ramp, and the time [s] that it takes; 0, 0 without one."""
+        return 0.0, 0.0
+
+    def holds_rotation(self) -> bool:
+        """Return whether it keeps its rotor from turning, as a brake does."""
+        return False
+
+    def push(self, name: str) -> tuple[str, float]:
+        """Return a rotor and the torque on it [N m] by which it moves a train at rest; ``name`` is its own."""
+        return name, 0.0
+
+    def constant_torque(self) -> float:
+        """Return the constant torque on its rotor [N m]."""
+        return 0.0
+
+    def largest_torque(self) -> float:
+        """Return a bound of the magnitude of a given torque [N m]; 0 where the motion determines it."""
+        return 0.0
+
+    def excites(self) -> bool:
+        """Return whether it makes a train do more than roll at constant speed."""
+        return True
+
+    def speed_gains(self) -> tuple[float, float] | None:
+        """Return the gains of a speed loop on its error [N m s/rad] and the integral [N m/rad]; None for no such loop."""
+        return None
+
+    def time_invariant(self) -> Actuator | None:
+        """Return the drive of a linear system, without its constant torque; None where that has none."""
+        return None
+
+    def findings(self, path: str, span: float) -> Iterator[Finding]:
+        """Yield findings for a run of ``span`` [s], transient included."""
+        return iter(())
+
+
 class Holder(Part):
     """Base of parts that hold one rotor each, whose name is theirs: plain bearings (sleeves), supports.
 

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from gearplay.model.case import Case
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.model.wording import nearest
 from gearplay.parts.mesh.train.geometry import is_held, rotor_of
 from gearplay.pictures.style import is_still
 from gearplay.results.output_shaft import output_of
 from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.suggestions import nearest
 
 if TYPE_CHECKING:
     from gearplay.results.result import Result

@@ -170,7 +170,7 @@ def stride_of(samples: Sequence[int]) -> int:
 def ratio_of(case: Case, rotor: str, lead: str) -> float:
     """Return the speed of a rotor per that of another by rolling; NaN where they turn independently."""
     names, others = list(case.rotors), [r.drive for name, r in case.rotors.items() if name != lead]
-    if any(drive is not None and drive.kind == "speed" and drive.speed != 0.0 for drive in others):
+    if any(drive is not None and drive.prescribes and drive.nominal_speed() != 0.0 for drive in others):
         return math.nan
     free = case.rotors[lead].model_copy(update={"drive": None})
     turns = rolling.free_turns(case.model_copy(update={"rotors": {**case.rotors, lead: free}}))
@@ -276,10 +276,7 @@ def _rattle(case: Case, contacts: ContactTable) -> tuple[Floats, Floats]:
     along the line of action; bodies whose motion is prescribed or held have none.
     """
     free_mass = {n: 0.0 if geometry.is_held(case, n) else 1.0 / r.mass for n, r in case.rotors.items()}
-    free_inertia = {
-        n: 0.0 if r.drive is not None and r.drive.kind == "speed" else 1.0 / r.inertia
-        for n, r in case.rotors.items()
-    }
+    free_inertia = {n: 0.0 if r.is_prescribed else 1.0 / r.inertia for n, r in case.rotors.items()}
     mobility: dict[str, float] = {}
     for name, sleeve in case.sleeves.items():
         mobility[name] = free_mass[name] + (0.0 if sleeve.on is None else free_mass[sleeve.on])

@@ -17,7 +17,7 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from gearplay.model.case import Case
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
-from gearplay.model.wording import did_you_mean, translate
+from gearplay.model.wording import translate
 from gearplay.parts.mesh.train import geometry
 from gearplay.rig.housing_paths import HousingPath, with_files
 from gearplay.schema.fields import (
@@ -33,6 +33,7 @@ from gearplay.schema.fields import (
 )
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, shorten
+from gearplay.vocabulary.suggestions import did_you_mean
 
 EDGE: Final = 0.05
 """Deviation of the response at both edges of a sensor's band, as data sheets state them."""

@@ -85,7 +85,9 @@ def _find(case: Case, packed: Packed, given: str, name: str) -> Input:
             raise InputError.of("inputs", given, rule, f"Use {rotor}.drive.torque, whose sign is free")
         return Input(name, unit, description, case.rotors[rotor].load.torque, LOAD_INPUT, i, -sense)
     wanted, table, at = (
-        (("servo",), SERVO, "speed") if ending == "drive.speed" else (rolling.LOOPS, POSITIONER, "angle")
+        (("servo",), SERVO, "speed")
+        if ending == "drive.speed"
+        else (("position", "cascade"), POSITIONER, "angle")
     )
     if drive is None or drive.kind not in wanted:
         has = "no drive" if drive is None else f"a drive of kind {kind}"

@@ -62,6 +62,11 @@ class GearPair:
         """Whether the second gear is a ring."""
         return self.second.internal
 
+    @property
+    def is_shifted(self) -> bool:
+        """Whether a gear has profile shift."""
+        return bool(self.first.profile_shift or self.second.profile_shift)
+
     @cached_property
     def least_distance(self) -> float:
         """c0 = r_b2 +- r_b1 [m], the distance at which the base circles touch; a cos alpha_w."""

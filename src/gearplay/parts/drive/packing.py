@@ -2,11 +2,12 @@
 
 from typing import Any, Final
 
+from gearplay.kernels.layout import DRIVE_SERVO, DRIVE_SPEED
 from gearplay.parts.assembly import blank
 from gearplay.parts.drive import servo
 from gearplay.parts.drive.schema import MotorDrive, ServoDrive, SpeedDrive
 from gearplay.parts.drive.set_point_packing import add_motion, add_set_point
-from gearplay.parts.protocol import Packing
+from gearplay.parts.protocol import Actuator, Packing
 from gearplay.schema.fields import LARGEST
 from gearplay.schema.records import harmonic_rows
 from gearplay.vocabulary import quantities as q
@@ -16,7 +17,10 @@ NO_LIMIT: Final = LARGEST[q.TORQUE.name]
 
 
 def pack_servos(packing: Packing) -> None:
-    """Add an element for every rotor with a servo or a motor, and note the prescribed speeds over time."""
+    """Add an element for every servo and motor, and note constant torques, ramps and prescribed speeds over time."""
+    for r, given in zip(packing.records, packing.bodies.values(), strict=True):
+        if given.drive is not None:
+            _note(r, given.drive)
     for i, (name, given) in enumerate(packing.bodies.items()):
         drive = given.drive
         if not isinstance(drive, (MotorDrive, ServoDrive)):
@@ -46,6 +50,18 @@ def pack_servos(packing: Packing) -> None:
             r.varying = 1
             r.ripple_curvature = drive.over_time.steepest()
             r.ripple_rate = add_motion(packing, r, drive.over_time, drive.speed)
+
+
+def _note(r: Any, drive: Actuator) -> None:
+    """Note a drive's constant torque, or its speed with a ramp, in the record of its rotor."""
+    if drive.nominal_speed() is None:
+        r.drive_torque = drive.constant_torque()
+        r.torque += r.drive_torque
+    elif not drive.positions:
+        r.drive = DRIVE_SPEED if drive.prescribes else DRIVE_SERVO
+        change, time = drive.run_up()
+        if time > 0.0:
+            r.ramp_time, r.ramp_start, r.ramp_acceleration = time, drive.starting_speed(), change / time
 
 
 def _add(packing: Packing, name: str, record: Any, *, states: int, rate: float) -> None:

@@ -1,56 +1,25 @@
 """Packing of position loops: PID control of an angle, and cascades of position, speed and current loops."""
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from gearplay.parts.assembly import blank
 from gearplay.parts.drive import positioner
-from gearplay.parts.drive.schema import CascadeDrive, PositionDrive
+from gearplay.parts.drive.loops import LoopDrive
 from gearplay.parts.drive.set_point_packing import add_set_point
 from gearplay.parts.protocol import Packing
 from gearplay.vocabulary.errors import InputError
-
-
-@dataclass(frozen=True)
-class Loop:
-    """Gains of the law T = s (kp e + ki z - kd c omega), z' = e - share c omega, with the lead [s] of the set-point in e."""
-
-    proportional_gain: float
-    integral_gain: float
-    derivative_gain: float
-    share: float = 0.0
-    lead: float = 0.0
-    every: int = 1
-
-
-def loop_of(drive: PositionDrive | CascadeDrive, ratio: float) -> Loop:
-    """Return the gains of a drive whose speed sensor turns ``ratio`` times per turn of the angle's sensor.
-
-    A cascade wants the speed ratio (position_gain e + feedforward angle') of the speed sensor's rotor.
-    """
-    if drive.kind == "position":
-        return Loop(drive.proportional_gain, drive.integral_gain, drive.derivative_gain)
-    speed_per_angle = abs(ratio) * drive.position_gain
-    return Loop(
-        proportional_gain=drive.speed_gain * speed_per_angle,
-        integral_gain=drive.integral_gain * speed_per_angle,
-        derivative_gain=drive.speed_gain,
-        share=1.0 / speed_per_angle,
-        lead=drive.feedforward / drive.position_gain,
-        every=drive.position_every,
-    )
 
 
 def pack_position_loops(packing: Packing) -> None:
     """Add an element for every rotor whose drive brings an angle to its set-point."""
     for name, given in packing.bodies.items():
         drive = given.drive
-        if not isinstance(drive, (PositionDrive, CascadeDrive)):
+        if not isinstance(drive, LoopDrive):
             continue
-        sensor, speed_sensor = drive.sensor or name, speed_sensor_of(drive, name)
+        sensor, speed_sensor = drive.sensor or name, drive.measures_speed_of(name)
         turns = _turns(packing, name, "sensor", sensor), _turns(packing, name, "speed_sensor", speed_sensor)
-        loop, record = loop_of(drive, turns[1] / turns[0]), blank(positioner.RECORD)
+        loop, record = drive.loop(turns[1] / turns[0]), blank(positioner.RECORD)
         record.rotor, record.sensor, record.speed_sensor = (
             packing.place(each) for each in (name, sensor, speed_sensor)
         )
@@ -78,11 +47,6 @@ def pack_position_loops(packing: Packing) -> None:
             states=states,
             rate=max(sampled, lagging, wave),
         )
-
-
-def speed_sensor_of(drive: PositionDrive | CascadeDrive, name: str) -> str:
-    """Return the rotor whose speed is measured: of a position loop by default the angle's sensor, of a cascade the driven one."""
-    return drive.speed_sensor or (name if drive.kind == "cascade" else drive.sensor or name)
 
 
 def _place_states(record: Any) -> int:

@@ -1,40 +1,16 @@
 """Drives of a rotor: prescribed speed, torque, servo, motor at a voltage, position loop, cascade."""
 
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Tag, model_validator
 
+from gearplay.parts.drive.loops import CascadeDrive, PositionDrive
+from gearplay.parts.drive.over_time import OVER_TIME, SetPoint, nominal_problems
 from gearplay.parts.drive.terms import Table, Terms, largest_torque
-from gearplay.schema.fields import (
-    ByKind,
-    Later,
-    Listed,
-    Measure,
-    Part,
-    Problem,
-    RotorName,
-    is_absent,
-    refuse,
-)
+from gearplay.parts.protocol import Actuator
+from gearplay.schema.fields import ByKind, Listed, Measure, Part, Problem, is_absent, refuse
 from gearplay.vocabulary import quantities as q
-
-if TYPE_CHECKING:
-    from gearplay.parts.drive.set_points import SetPoint
-else:
-
-    class SetPoint:
-        """Set-points of few cases: ``SetPoint[Speed]`` imports them, when the first is read."""
-
-        def __class_getitem__(cls, value: Any) -> Any:
-            def find() -> type[Part]:
-                from gearplay.parts.drive import set_points
-
-                return set_points.SetPoint[value]
-
-            return Annotated[Any, Later(find)]
-
 
 Speed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed of rotation, counter-clockwise positive")]
 Ramp = Annotated[
@@ -42,43 +18,7 @@ Ramp = Annotated[
 ]
 StartSpeed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed at which a ramp begins")]
 Torque = Annotated[float, Measure(q.TORQUE, "torque, counter-clockwise positive")]
-Angle = Annotated[float, Measure(q.ANGLE, "rotation wanted")]
 Voltage = Annotated[float, Measure(q.VOLTAGE, "voltage of the winding")]
-TorqueLimit = Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
-Sensor = (
-    Annotated[RotorName, Field(description="rotor whose angle is measured; this one if not given")] | None
-)
-SpeedSensor = Annotated[
-    RotorName | None, Field(description="rotor whose speed is measured", exclude_if=is_absent)
-]
-SampleTime = Annotated[
-    float, Measure(q.TIME, "time between samples of the control; 0 for a continuous one", ge=0.0)
-]
-Delay = Annotated[
-    float,
-    Measure(q.TIME, "from a sample to its torque, at most sample_time", ge=0.0),
-    Field(exclude_if=is_absent),
-]
-Resolution = Annotated[
-    float,
-    Measure(q.ANGLE, "step of the encoder of the angle; 0 for an exact one", ge=0.0),
-    Field(exclude_if=is_absent),
-]
-SpeedResolution = Annotated[
-    float,
-    Measure(
-        q.ANGLE,
-        "step of the encoder whose counts at two samples give the speed; 0 for an exact speed",
-        ge=0.0,
-    ),
-    Field(exclude_if=is_absent),
-]
-Lag = Annotated[
-    float,
-    Measure(q.TIME, "time constant of the current loop; 0 for none", ge=0.0),
-    Field(exclude_if=is_absent),
-]
-OVER_TIME: Final = "set-point over time, in place of the constant"
 
 
 class RippleTerm(Part):
@@ -93,11 +33,58 @@ class RippleTerm(Part):
     phase: Annotated[float, Measure(q.ANGLE, "phase at t = 0")] = 0.0
 
 
-class SpeedDrive(Part):
+class _SpeedDrive(Actuator):
+    """Base of drives at a speed, which may begin with a ramp or be given over time."""
+
+    if TYPE_CHECKING:
+        speed: float
+        ramp: float
+        start_speed: float
+        over_time: Any
+
+    def nominal_speed(self) -> float:
+        """Return the speed [rad/s]."""
+        return self.speed
+
+    def starting_speed(self) -> float:
+        """Return the speed at which a ramp or a set-point over time begins [rad/s], else the speed."""
+        if self.over_time is not None:
+            return float(self.over_time.at_start)
+        return self.start_speed if self.ramp > 0.0 else self.speed
+
+    def run_up(self) -> tuple[float, float]:
+        """Return the change of the speed [rad/s] in its ramp, and the time [s] that it takes."""
+        return self.speed - self.start_speed, self.ramp
+
+    def holds_rotation(self) -> bool:
+        """Return whether the speed is 0."""
+        return self.speed == 0.0
+
+    def excites(self) -> bool:
+        """Return whether its speed changes: with a ramp, over time."""
+        return self.ramp > 0.0 or self.over_time is not None
+
+    def _over_time_problems(self) -> list[Problem]:
+        """Set the constant of a drive whose speed is given over time; return a contradiction, and a ramp."""
+        problems = nominal_problems(self, "speed")
+        if self.over_time is not None and self.ramp > 0.0:
+            rule = "must be 0 for a drive whose speed is given over time"
+            problems.append(Problem(("ramp",), rule, "Write it into the set-point"))
+        return problems
+
+    def _start_problems(self) -> list[Problem]:
+        if self.start_speed == 0.0 or self.ramp > 0.0:
+            return []
+        rule = "must be 0 for a drive without a ramp, which starts at its speed"
+        return [Problem(("start_speed",), rule, "Give the ramp's time, or remove it")]
+
+
+class SpeedDrive(_SpeedDrive):
     """Prescribed rotation: ``theta = speed t`` after the ramp from ``start_speed``, or the integral of a speed that ripples or
     is given over time.
     """
 
+    prescribes: ClassVar[bool] = True
     kind: Literal["speed"] = "speed"
     speed: Speed
     ramp: Ramp = 0.0
@@ -107,7 +94,7 @@ class SpeedDrive(Part):
 
     @model_validator(mode="after")
     def _check(self) -> "SpeedDrive":
-        problems = _over_time_problems(self)
+        problems = self._over_time_problems()
         if self.over_time is not None and self.ripple:
             rule = "must not be given for a drive whose speed is given over time"
             problems.append(Problem(("ripple",), rule, "Remove one of the two"))
@@ -118,7 +105,7 @@ class SpeedDrive(Part):
         if self.ripple and self.ramp > 0.0:
             rule = "must be 0 for a drive with a ripple, which has its full speed from the start"
             problems.append(Problem(("ramp",), rule, "Remove the ramp or the ripple"))
-        refuse([*problems, *_start_problems(self.start_speed, self.ramp)])
+        refuse([*problems, *self._start_problems()])
         return self
 
     @property
@@ -128,8 +115,16 @@ class SpeedDrive(Part):
             return self.over_time.at_start
         return self.speed * (1.0 + sum(term.amplitude * math.sin(term.phase) for term in self.ripple))
 
+    def excites(self) -> bool:
+        """Return whether its speed changes: with a ramp, over time, with a ripple."""
+        return super().excites() or any(term.amplitude for term in self.ripple)
 
-class TorqueDrive(Part):
+    def time_invariant(self) -> "SpeedDrive":
+        """Return a drive that holds the rotation."""
+        return SpeedDrive(speed=0.0)
+
+
+class TorqueDrive(Actuator):
     """Sum of a constant torque, harmonic terms and a table over time."""
 
     kind: Literal["torque"] = "torque"
@@ -141,14 +136,25 @@ class TorqueDrive(Part):
         Field(description="torque over time besides the constant", exclude_if=is_absent),
     ] = None
 
-    @property
+    def constant_torque(self) -> float:
+        """Return the constant of the sum."""
+        return self.torque
+
+    def push(self, name: str) -> tuple[str, float]:
+        """Return its rotor and the constant torque, or the nominal one over time."""
+        return name, self.torque or (0.0 if self.over_time is None else self.over_time.nominal)
+
+    def excites(self) -> bool:
+        """Return whether there is any torque."""
+        return self.largest_torque() != 0.0
+
     def largest_torque(self) -> float:
-        """A bound of the magnitude of the torque [N m]."""
+        """Return a bound of the sum."""
         varying = 0.0 if self.over_time is None else self.over_time.largest
         return varying + largest_torque(self.torque, self.terms, self.table)
 
 
-class ServoDrive(Part):
+class ServoDrive(_SpeedDrive):
     """Speed loop with a torque limit: ``T = kp (target - omega) + ki integral``."""
 
     kind: Literal["servo"] = "servo"
@@ -162,16 +168,15 @@ class ServoDrive(Part):
 
     @model_validator(mode="after")
     def _check(self) -> "ServoDrive":
-        refuse([*_start_problems(self.start_speed, self.ramp), *_over_time_problems(self)])
+        refuse([*self._start_problems(), *self._over_time_problems()])
         return self
 
-    @property
-    def first_speed(self) -> float:
-        """Speed wanted at t = 0 [rad/s], without a ramp."""
-        return self.speed if self.over_time is None else self.over_time.at_start
+    def speed_gains(self) -> tuple[float, float]:
+        """Return the gains on the error of the speed and on its integral."""
+        return self.proportional_gain, self.integral_gain
 
 
-class MotorDrive(Part):
+class MotorDrive(Actuator):
     """Motor at a voltage u: ``inductance i' + resistance i + torque_constant omega = u``, torque ``torque_constant i``.
 
     The current is a state, 0 at the start; the rotor starts with the speed without load, unless ``initial.omega`` is given.
@@ -190,7 +195,7 @@ class MotorDrive(Part):
 
     @model_validator(mode="after")
     def _check(self) -> "MotorDrive":
-        refuse(_nominal_problems(self, "voltage"))
+        refuse(nominal_problems(self, "voltage"))
         return self
 
     @property
@@ -199,139 +204,25 @@ class MotorDrive(Part):
         return self.voltage / self.torque_constant
 
     @property
-    def first_speed(self) -> float:
-        """Speed without load at the voltage of t = 0 [rad/s]."""
-        return (self.voltage if self.over_time is None else self.over_time.at_start) / self.torque_constant
-
-    @property
     def proportional_gain(self) -> float:
         """Torque per speed below that without load, once the current has settled [N m s]."""
         return self.torque_constant**2 / self.resistance
 
-    @property
-    def integral_gain(self) -> float:
-        """0: a motor is no spring."""
-        return 0.0
+    def nominal_speed(self) -> float:
+        """Return the speed without load."""
+        return self.speed
 
+    def starting_speed(self) -> float:
+        """Return the speed without load at the voltage of t = 0."""
+        return (self.voltage if self.over_time is None else self.over_time.at_start) / self.torque_constant
 
-class PositionDrive(Part):
-    """Position loop with a torque limit: ``T = kp (angle - theta) + ki integral - kd omega``, of the rotor itself or of sensors.
+    def excites(self) -> bool:
+        """Return whether there is any voltage."""
+        return self.voltage != 0.0 or self.over_time is not None
 
-    Where the sensor's rotor turns against this one the torque has the other sign. With a ``sample_time`` the torque is computed
-    at t = 0 and then once in that time, and held; then encoders may have a resolution and the torque a delay.
-    """
-
-    kind: Literal["position"] = "position"
-    angle: Annotated[float, Measure(q.ANGLE, "rotation wanted of the sensor's rotor")]
-    proportional_gain: Annotated[
-        float, Measure(q.ROTATIONAL_STIFFNESS, "gain on the error of the angle", gt=0.0)
-    ]
-    derivative_gain: Annotated[float, Measure(q.ROTATIONAL_DRAG, "gain on the sensor's speed", ge=0.0)] = 0.0
-    integral_gain: Annotated[float, Measure(q.INTEGRAL_GAIN, "gain on the integral of the error", ge=0.0)] = (
-        0.0
-    )
-    torque_limit: Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
-    sensor: Sensor = None
-    speed_sensor: SpeedSensor = None
-    sample_time: SampleTime = 0.0
-    delay: Delay = 0.0
-    resolution: Resolution = 0.0
-    speed_resolution: SpeedResolution = 0.0
-    current_time: Lag = 0.0
-    over_time: Annotated[SetPoint[Angle] | None, Field(description=OVER_TIME, exclude_if=is_absent)] = None
-
-    @model_validator(mode="after")
-    def _check(self) -> "PositionDrive":
-        refuse([*_sample_problems(self), *_nominal_problems(self, "angle")])
-        return self
-
-
-class CascadeDrive(Part):
-    """Cascade of position, speed and current loops with a torque limit.
-
-    The position loop wants the speed ``v = ratio (position_gain (angle - theta) + feedforward angle')`` of the speed sensor's
-    rotor, by default this one, the speed loop the torque ``speed_gain (v - omega) + integral_gain integral of (v - omega)``; the
-    current loop follows with ``current_time``. With a ``sample_time`` the speed loop is sampled, the position loop each
-    ``position_every``-th time.
-    """
-
-    kind: Literal["cascade"] = "cascade"
-    angle: Annotated[float, Measure(q.ANGLE, "rotation wanted of the sensor's rotor")]
-    position_gain: Annotated[
-        float, Measure(q.ANGULAR_SPEED, "speed wanted per error of the angle [1/s]", gt=0.0)
-    ]
-    speed_gain: Annotated[float, Measure(q.ROTATIONAL_DRAG, "gain on the error of the speed", gt=0.0)]
-    integral_gain: Annotated[
-        float, Measure(q.ROTATIONAL_STIFFNESS, "gain on the integral of the speed's error", ge=0.0)
-    ] = 0.0
-    feedforward: Annotated[
-        float, Measure(q.RATIO, "share of the set-point's speed that is wanted at once", ge=0.0, le=1.0)
-    ] = 0.0
-    torque_limit: TorqueLimit
-    current_time: Lag = 0.0
-    sensor: Sensor = None
-    speed_sensor: SpeedSensor = None
-    sample_time: SampleTime = 0.0
-    position_every: Annotated[
-        int,
-        Field(ge=1, le=1000, description="samples of the speed loop per sample of the position loop"),
-    ] = 1
-    delay: Delay = 0.0
-    resolution: Resolution = 0.0
-    speed_resolution: SpeedResolution = 0.0
-    over_time: Annotated[SetPoint[Angle] | None, Field(description=OVER_TIME, exclude_if=is_absent)] = None
-
-    @model_validator(mode="after")
-    def _check(self) -> "CascadeDrive":
-        problems = list(_sample_problems(self))
-        if self.position_every > 1 and self.sample_time == 0.0:
-            rule = "must be 1 for a continuous control"
-            problems.append(Problem(("position_every",), rule, "Give a sample_time"))
-        refuse([*problems, *_nominal_problems(self, "angle")])
-        return self
-
-
-def _sample_problems(drive: "PositionDrive | CascadeDrive") -> Iterator[Problem]:
-    """Yield what needs a sampled control, and a delay that is too long."""
-    if drive.sample_time == 0.0:
-        for name in ("delay", "resolution", "speed_resolution"):
-            if getattr(drive, name) > 0.0:
-                yield Problem(
-                    (name,), "must be 0 for a continuous control", "Give a sample_time, or remove it"
-                )
-    elif drive.delay > drive.sample_time:
-        rule = f"must be at most sample_time, {drive.sample_time:g} s"
-        yield Problem(("delay",), rule, "Shorten it")
-
-
-def _over_time_problems(drive: "SpeedDrive | ServoDrive") -> list[Problem]:
-    """Set the constant of a drive whose speed is given over time; return a contradiction, and a ramp."""
-    problems = _nominal_problems(drive, "speed")
-    if drive.over_time is not None and drive.ramp > 0.0:
-        rule = "must be 0 for a drive whose speed is given over time"
-        problems.append(Problem(("ramp",), rule, "Write it into the set-point"))
-    return problems
-
-
-def _nominal_problems(
-    drive: "SpeedDrive | ServoDrive | PositionDrive | CascadeDrive | MotorDrive", name: str
-) -> list[Problem]:
-    """Set the constant of a drive to the nominal value of its set-point over time; return a contradiction of both."""
-    if drive.over_time is None:
-        return []
-    given, nominal = getattr(drive, name), drive.over_time.nominal
-    if given not in (0.0, nominal):
-        rule = "must be left out where over_time gives it"
-        return [Problem((name,), rule, "Remove it, or over_time")]
-    drive.__dict__[name] = nominal
-    return []
-
-
-def _start_problems(start_speed: float, ramp: float) -> list[Problem]:
-    if start_speed == 0.0 or ramp > 0.0:
-        return []
-    rule = "must be 0 for a drive without a ramp, which starts at its speed"
-    return [Problem(("start_speed",), rule, "Give the ramp's time, or remove it")]
+    def speed_gains(self) -> tuple[float, float]:
+        """Return torque per speed, and 0: a motor is no spring."""
+        return self.proportional_gain, 0.0
 
 
 Drive = Annotated[

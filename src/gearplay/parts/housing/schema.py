@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Literal
@@ -13,6 +14,7 @@ from pydantic import Field, Tag, model_validator
 
 from gearplay.kernels import housing_motion
 from gearplay.schema.fields import ByKind, Listed, Measure, Part, Problem, refuse
+from gearplay.schema.finding import Finding
 from gearplay.schema.records import cubic_pieces
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import InputError
@@ -223,6 +225,19 @@ class Base(Part):
         direction = self.acceleration.direction
         slots[housing_motion.COSINE], slots[housing_motion.SINE] = math.cos(direction), math.sin(direction)
         return slots, self.acceleration.fill(slots, span, member)
+
+    def findings(self, span: float) -> Iterator[Finding]:
+        """Yield a note on a record that ends before a run of ``span`` [s], transient included."""
+        record = self.acceleration
+        if not isinstance(record, MeasuredRecord):
+            return
+        end = record.start + (len(record.values) - 1) / record.sampling
+        if end < span:
+            text = f"it ends at {end:.4g} s, the run at {span:.4g} s: from then on the housing is not accelerated"
+            jump = abs(record.values[-1])
+            if jump > 0.0:
+                text += f"; it ends with {jump:.3g} m/s^2, which then stop at once"
+            yield Finding("note", "base.acceleration.values", f"{text}.")
 
 
 def still() -> Floats:

@@ -38,6 +38,16 @@ def drawn_faults(case: Train) -> list[Fault]:
     return list({(fault.path, fault.rule): fault for fault in found}.values())
 
 
+def printed_faults(case: Train) -> list[Fault]:
+    """Return the faults of friction of teeth in the equations as published."""
+    rule = "must be 0 as published, where teeth have no friction"
+    return [
+        Fault(f"meshes.{j}.friction_coefficient", mesh.friction_coefficient, rule, "Remove it")
+        for j, mesh in enumerate(case.meshes)
+        if mesh.friction_coefficient > 0.0 and case.formulation == "as_published"
+    ]
+
+
 def gear_path(case: Train, name: str, *fields: str) -> str:
     """Return the path of a field of a gear, which may be one of several of a rotor or a member of a planetary set."""
     rotor = geometry.rotor_of(case, name)
@@ -195,7 +205,7 @@ def _tooth_fault_faults(case: Train, j: int, given: Mapping[str, Toothing]) -> I
     for name, gear in given.items():
         for index, fault in tooth_faults(case, name):
             path = f"faults.{index}.kind"
-            if mesh.contact != "pairs" and fault.needs_pairs:
+            if not fault.fits_contact(mesh):
                 rule = f'must be in meshes with contact = "pairs", as it takes stiffness from single ones; {mesh.label} is not'
                 yield Fault(path, fault.kind, rule, 'Write contact = "pairs" in the mesh')
             elif gear.helix_angle and not fault.along_facewidth:
@@ -245,6 +255,12 @@ def deviates(case: Train, j: int) -> bool:
     return follows_centres(case) and any(
         geometry.gear_of(case, name).deviates or tooth_faults(case, name) for name in names
     )
+
+
+def draws_deviations(case: Train) -> bool:
+    """Return whether deviations of teeth are drawn, for each member others."""
+    gears = (gear for rotor in case.rotors.values() for gear in (rotor, *rotor.gears.values()))
+    return bool(follows_centres(case) and case.meshes) and any(gear.quality for gear in gears)
 
 
 def _lost_faults(case: Train) -> Iterator[Fault]:

@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field, model_validator
 
+from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.part_fault import PartFault
 from gearplay.parts.rotor.gear import GearName, split_name
 from gearplay.schema.fields import Listed, Measure, Problem, is_absent, refuse
@@ -28,6 +29,7 @@ DEEPEST: Final = 0.01
 """Largest depth [m] of material that is missing."""
 Depth = Annotated[float, Measure(q.LENGTH, "material missing, normal to the flank", gt=0.0, le=DEEPEST)]
 Worn = Annotated[float, Measure(q.LENGTH, "material missing, normal to the flank", ge=0.0, le=DEEPEST)]
+SINGLE_TEETH: Final = 'faults of single teeth need meshes with contact = "pairs"'
 CLOSEST = 1e-3
 """Least distance of two points of a worn profile, in heights."""
 Height = Annotated[
@@ -42,6 +44,12 @@ class GearFault(PartFault):
     table: ClassVar[str] = "rotors"
     of_teeth: ClassVar[bool] = True  # else of the whole gear
     needs_pairs: ClassVar[bool] = False  # as it takes stiffness from the pairs of a tooth
+
+    @classmethod
+    def fits_contact(cls, mesh: Mesh) -> bool:
+        """Return whether the contact of a mesh can follow it."""
+        return not cls.needs_pairs or mesh.contact == "pairs"
+
     along_facewidth: ClassVar[bool] = False  # constant along oblique lines of contact too
 
     at: Annotated[GearName, Field(description="gear, as meshes call it: rotor or rotor.gear")]

@@ -44,7 +44,7 @@ def damping_maximum(case: "Train", j: int, stiffness: PackedStiffness) -> float:
         r * r / rotor.inertia if rotor.inertia else math.inf
         for r, rotor in zip(geometry.base_radii(case, j), rotors, strict=True)
     ]
-    free = [rotor.drive is None or rotor.drive.kind != "speed" for rotor in rotors]
+    free = [not rotor.is_prescribed for rotor in rotors]
     mobility = sum(m for m, moves in zip(mobilities, free, strict=True) if moves or not any(free))
     return 2.0 * mesh.damping.ratio * math.sqrt(stiffness.average / mobility)
 

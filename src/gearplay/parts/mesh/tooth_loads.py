@@ -23,8 +23,8 @@ def _torques(case: "Train") -> Floats:
     for i, rotor in enumerate(case.rotors.values()):
         load = rotor.load
         torques[i] = -senses[i] * (load.torque + load.friction) - load.drag * speeds[i]
-        if rotor.drive is not None and rotor.drive.kind == "torque":
-            torques[i] += rotor.drive.torque
+        if rotor.drive is not None:
+            torques[i] += rotor.drive.constant_torque()
     return torques
 
 
@@ -37,7 +37,7 @@ def tooth_loads(case: "Train") -> Floats:
     do.
     """
     rotors = list(case.rotors.values())
-    free = np.array([rotor.drive is None or rotor.drive.kind == "torque" for rotor in rotors])
+    free = np.array([rotor.drive is None or rotor.drive.nominal_speed() is None for rotor in rotors])
     light = free & np.array([rotor.inertia == 0.0 for rotor in rotors])
     mobility = np.zeros(len(rotors))
     mobility[free] = [

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from gearplay.parts.mesh.train import rolling
+from gearplay.schema.finding import Finding
 
 if TYPE_CHECKING:
     from gearplay.parts.mesh.train.train import Train
@@ -62,4 +64,28 @@ def set_frequencies(case: Train, name: str) -> SetFrequencies:
         ring=count * abs(ring - carrier),
         carrier=abs(carrier),
         carrier_passing=count * abs(carrier),
+    )
+
+
+def set_findings(case: Train) -> Iterator[Finding]:
+    """Yield the characteristic frequencies of every set that turns."""
+    for name in case.planetary:
+        found = set_frequencies(case, name)
+        if found.mesh > 0.0:
+            yield Finding(
+                "note",
+                f"planetary.{name}",
+                f"mesh frequency {found.mesh:.6g} Hz; a tooth of the sun meets planets at {found.sun:.6g} Hz, of a planet the "
+                f"sun at {found.planet:.6g} Hz, of the ring planets at {found.ring:.6g} Hz; the carrier turns at "
+                f"{found.carrier:.6g} Hz{_passing(found)}.",
+            )
+
+
+def _passing(found: SetFrequencies) -> str:
+    """Return the text on mesh sidebands that a sensor on the ground records; empty for a carrier that does not turn."""
+    if found.carrier_passing == 0.0:
+        return ""
+    return (
+        f", planets pass a place on the ground at {found.carrier_passing:.6g} Hz, sidebands "
+        f"{found.mesh:.6g} ± {found.carrier_passing:.6g} Hz"
     )

@@ -10,7 +10,7 @@ from gearplay.parts.drive.schema import Drive, SpeedDrive
 from gearplay.parts.environment import Material, Temperature
 from gearplay.parts.planetary.names import MOST_PLANETS
 from gearplay.parts.rotor.gear import Runout, Teeth, Toothing
-from gearplay.parts.rotor.schema import Initial, Load, Rotor, Weight
+from gearplay.parts.rotor.schema import Inertia, Initial, Load, Mass, Rotor, Weight
 from gearplay.parts.rotor.unbalance import Unbalance
 from gearplay.parts.sleeve.schema import Sleeve
 from gearplay.parts.support.schema import Support
@@ -32,13 +32,8 @@ def problems_of(make: Callable[[], object]) -> list[Problem]:
 class Member(Part):
     """Fields of a sun, a ring or a carrier in common with any rotor, and its bearing."""
 
-    mass: Annotated[
-        float, Weight(q.MASS, "mass; 0 in linear analysis only, or where its centre is held", ge=0.0)
-    ]
-    inertia: Annotated[
-        float,
-        Weight(q.INERTIA, "polar moment of inertia about the centre; 0 in linear analysis only", ge=0.0),
-    ]
+    mass: Mass
+    inertia: Inertia
     drive: Drive | None = None
     load: Load = Load.model_construct()
     initial: Initial = Initial.model_construct()

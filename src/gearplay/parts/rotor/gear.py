@@ -198,3 +198,16 @@ def split_name(name: str, rotors: Container[str]) -> tuple[str, str]:
         return name, ""
     rotor, _, gear = name.partition(".")
     return rotor, gear
+
+
+def grown(gear: Any, factor: float) -> dict[str, object]:
+    """Return the runout and the lengths of the drawing of a gear, or of a rotor, times a factor."""
+    lengths = {
+        field: factor * value
+        for field in ("tip_diameter", "bore", "facewidth", "thickness")
+        if (value := getattr(gear, field)) is not None
+    }
+    return {
+        "runout": gear.runout.model_copy(update={"amplitude": factor * gear.runout.amplitude}),
+        **lengths,
+    }

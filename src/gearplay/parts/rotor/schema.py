@@ -1,13 +1,14 @@
 """Rotors: planar rigid bodies with drive, load and initial state."""
 
+from collections.abc import Iterator
 from typing import Annotated, Final
 
 from pydantic import AfterValidator, Field, model_validator
 
 from gearplay.parts.drive.schema import Drive, SpeedDrive
-from gearplay.parts.drive.terms import Table, Terms
+from gearplay.parts.drive.terms import Table, Terms, largest_torque
 from gearplay.parts.environment import Material, Temperature
-from gearplay.parts.rotor.gear import Gear, Internal, Runout, Teeth, Toothing
+from gearplay.parts.rotor.gear import Gear, Internal, Runout, Teeth, Toothing, grown
 from gearplay.parts.rotor.unbalance import Unbalance
 from gearplay.schema.fields import (
     Counted,
@@ -20,6 +21,7 @@ from gearplay.schema.fields import (
     is_absent,
     refuse,
 )
+from gearplay.schema.finding import Finding
 from gearplay.vocabulary import quantities as q
 
 Coordinate = Annotated[float, Measure(q.LENGTH, "coordinate of the nominal centre")]
@@ -37,6 +39,14 @@ class Weight(Measure):
         return value and Measure(self.quantity, self.about, gt=0.0)._within(value, text=text)
 
 
+Mass = Annotated[
+    float, Weight(q.MASS, "mass; 0 in linear analysis only, or where its centre is held", ge=0.0)
+]
+Inertia = Annotated[
+    float, Weight(q.INERTIA, "polar moment of inertia about the centre; 0 in linear analysis only", ge=0.0)
+]
+
+
 class Load(Part):
     """Load of a rotor: torque, its terms and its table oppose its nominal sense, friction and drag its velocity."""
 
@@ -48,6 +58,10 @@ class Load(Part):
     friction_speed: Annotated[
         float, Measure(q.ANGULAR_SPEED, "speed within which dry friction is smoothed", gt=0.0)
     ] = 0.01
+
+    def largest_torque(self) -> float:
+        """Return a bound of torque, terms and table together [N m]."""
+        return largest_torque(self.torque, self.terms, self.table)
 
 
 class Initial(Part):
@@ -69,13 +83,8 @@ class Rotor(Toothing):
 
     teeth: Teeth | None = None
     internal: Internal = False
-    mass: Annotated[
-        float, Weight(q.MASS, "mass; 0 in linear analysis only, or where its centre is held", ge=0.0)
-    ]
-    inertia: Annotated[
-        float,
-        Weight(q.INERTIA, "polar moment of inertia about the centre; 0 in linear analysis only", ge=0.0),
-    ]
+    mass: Mass
+    inertia: Inertia
     drive: Drive | None = None
     load: Load = Load.model_construct()
     position: (
@@ -125,6 +134,31 @@ class Rotor(Toothing):
         refuse(problems)
         return self
 
+    @property
+    def is_prescribed(self) -> bool:
+        """Whether its drive prescribes the rotation."""
+        return self.drive is not None and self.drive.prescribes
+
+    def excites(self) -> bool:
+        """Return whether load, runout, unbalance, start or drive make a train do more than roll at constant speed."""
+        load, start = self.load, self.initial
+        return (
+            any((load.drag, load.friction, load.largest_torque()))
+            or self.unbalance is not None
+            or self.runout.amplitude != 0.0
+            or any(gear.runout.amplitude for gear in self.gears.values())
+            or any((start.x, start.y, start.vx, start.vy, start.theta, start.omega))
+            or (self.drive is not None and self.drive.excites())
+        )
+
+    def findings(self, path: str, span: float, *, held: bool) -> Iterator[Finding]:
+        """Yield findings for a run of ``span`` [s], transient included; ``held`` is whether the centre cannot move."""
+        if self.unbalance is not None and self.is_prescribed and held:
+            text = "it does nothing, since centre and rotation are held; its force on the bearing is in no signal"
+            yield Finding("warning", f"{path}.unbalance", f"{text}.")
+        if self.drive is not None:
+            yield from self.drive.findings(f"{path}.drive", span)
+
     def gear(self, name: str) -> "Gear | Rotor":
         """Return the gear of a name, or for "" the only one: the rotor itself where it has no table of gears.
 
@@ -136,6 +170,12 @@ class Rotor(Toothing):
             return self
         (gear,) = self.gears.values()
         return gear
+
+    def at_temperature(self, factor: float, centre: tuple[float, float]) -> "Rotor":
+        """Return the rotor with the factor of its lengths and its nominal centre [m] at temperature."""
+        gears = {name: gear.model_copy(update=grown(gear, factor)) for name, gear in self.gears.items()}
+        update = {"position": centre, **grown(self, factor), "gears": FrozenTable(gears)}
+        return self.model_copy(update=update)
 
 
 def place_words(x: float, y: float) -> str:

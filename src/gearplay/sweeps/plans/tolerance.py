@@ -7,13 +7,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
-from gearplay.model.wording import did_you_mean
 from gearplay.schema.fields import Listed, Measure, Name, Part, Problem, refuse
 from gearplay.schema.units import LONGEST, UnitError, parse_quantity
 from gearplay.sweeps.plans.design import Design
 from gearplay.sweeps.plans.kept import Reduction, scalar_names
 from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import Quantity
+from gearplay.vocabulary.suggestions import did_you_mean
 
 
 def _read_limit(value: Any) -> float | str:

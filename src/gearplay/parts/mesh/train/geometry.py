@@ -107,7 +107,7 @@ def _working_distance(case: "Train", j: int, pair: GearPair) -> float:
     mesh = case.meshes[j]
     if mesh.center_distance is not None:
         return mesh.center_distance
-    if pair.first.profile_shift or pair.second.profile_shift:
+    if pair.is_shifted:
         one, other = (case.rotors[name].position for name in mesh.rotors)
         return pair.shifted_distance if one is None or other is None else math.dist(one, other)
     return pair.reference_distance
@@ -181,25 +181,6 @@ def installed_backlash(case: "Train", j: int) -> float:
         return math.nan
     opening = involute_from_distance(distance, pair.least_distance) - involute(pair.working_angle)
     return given + 2.0 * pair.second.sign * pair.least_distance * opening
-
-
-def amplitude_bound(radial_clearance: float, frequency: float) -> float:
-    """Return the highest line of acceleration within a clearance, (4/pi) c (2 pi f)^2 [m/s^2].
-
-    Parameters
-    ----------
-    radial_clearance
-        c [m]; a displacement within -c .. c has no line higher than that of a square wave, 4 c / pi.
-    frequency
-        f of the line [Hz].
-
-    Examples
-    --------
-    >>> round(amplitude_bound(100e-6, 40.0), 3)
-    8.042
-
-    """
-    return 4.0 / math.pi * radial_clearance * (2.0 * math.pi * frequency) ** 2
 
 
 def carrier_of(case: "Train", name: str) -> str | None:

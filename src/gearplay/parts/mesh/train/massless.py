@@ -19,7 +19,7 @@ def massless(case: Train) -> Iterator[tuple[str, str]]:
     for name, rotor in case.rotors.items():
         if rotor.mass == 0.0 and not geometry.is_held(case, name):
             yield name, "mass"
-        if rotor.inertia == 0.0 and (rotor.drive is None or rotor.drive.kind != "speed"):
+        if rotor.inertia == 0.0 and not rotor.is_prescribed:
             yield name, "inertia"
 
 

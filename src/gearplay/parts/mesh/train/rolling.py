@@ -4,7 +4,7 @@ import math
 from collections.abc import Container
 from contextlib import suppress
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,6 @@ from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     from gearplay.parts.mesh.train.train import Train
-
-LOOPS: Final = ("position", "cascade")
-"""Kinds of drives that bring a rotor to an angle."""
 
 
 def conditions(case: "Train", places: dict[str, int], *, held: bool) -> tuple[Row, ...]:
@@ -115,7 +112,9 @@ def free_turns(case: "Train") -> NDArray[np.float64]:
 
     Orthonormal; none where everything is held.
     """
-    fixed = [i for i, r in enumerate(case.rotors.values()) if r.drive and r.drive.kind in ("speed", *LOOPS)]
+    fixed = [
+        i for i, r in enumerate(case.rotors.values()) if r.drive and (r.drive.prescribes or r.drive.positions)
+    ]
     matrix = np.vstack(
         [rolling_conditions(case), np.eye(len(case.rotors))[fixed], np.zeros((1, len(case.rotors)))]
     )
@@ -134,13 +133,8 @@ def nominal_speeds(case: "Train") -> NDArray[np.float64]:
 
     Raises `InputError` where the prescribed speeds contradict each other.
     """
-    given = {
-        n: r.drive.speed
-        if r.drive.kind == "speed" or r.drive.kind == "servo" or r.drive.kind == "motor"
-        else 0.0
-        for n, r in case.rotors.items()
-        if r.drive is not None and r.drive.kind != "torque"
-    }
+    drives = case.rotors.items()
+    given = {n: speed for n, r in drives if r.drive and (speed := r.drive.nominal_speed()) is not None}
     return _roll(case, given, held=True)
 
 
@@ -152,26 +146,14 @@ def starting_speeds(case: "Train", nominal: NDArray[np.float64]) -> NDArray[np.f
 
     Raises `InputError` where prescribed speeds contradict each other at the start.
     """
-    drives = {
-        n: r.drive
-        for n, r in case.rotors.items()
-        if r.drive is not None
-        and (r.drive.kind == "speed" or r.drive.kind == "servo" or r.drive.kind == "motor")
-    }
-    given = {
-        n: d.start_speed
-        if d.kind != "motor" and d.ramp > 0.0
-        else d.speed
-        if d.over_time is None
-        else d.first_speed
-        for n, d in drives.items()
-    }
-    if all(given[n] == d.speed for n, d in drives.items()):
+    drives = {n: r.drive for n, r in case.rotors.items() if r.drive is not None}
+    given = {n: speed for n, d in drives.items() if (speed := d.starting_speed()) is not None}
+    if all(drives[n].nominal_speed() == speed for n, speed in given.items()):
         return nominal
     try:
         return _roll(case, given, held=True)
     except InputError:
-        return _roll(case, {n: speed for n, speed in given.items() if drives[n].kind == "speed"}, held=True)
+        return _roll(case, {n: speed for n, speed in given.items() if drives[n].prescribes}, held=True)
 
 
 def rolling_ratios(case: "Train") -> tuple[str, NDArray[np.float64]]:
@@ -201,18 +183,9 @@ def moving_speeds(case: "Train", nominal: NDArray[np.float64]) -> NDArray[np.flo
         return nominal
     pushes: dict[str, float] = {}
     for name, r in case.rotors.items():
-        if r.drive is not None and r.drive.kind == "torque":
-            varying = 0.0 if r.drive.over_time is None else r.drive.over_time.nominal
-            pushes[name] = pushes.get(name, 0.0) + (r.drive.torque or varying)
-        elif r.drive is not None and r.drive.kind in LOOPS:  # towards the angle of the sensor's rotor
-            gain = (
-                r.drive.proportional_gain
-                if r.drive.kind == "position"
-                else r.drive.position_gain * r.drive.speed_gain
-            )
-            torque = min(abs(gain * r.drive.angle), r.drive.torque_limit)
-            at = r.drive.sensor or name
-            pushes[at] = pushes.get(at, 0.0) + math.copysign(torque, r.drive.angle)
+        if r.drive is not None:
+            at, torque = r.drive.push(name)
+            pushes[at] = pushes.get(at, 0.0) + torque
     pushes = {name: torque for name, torque in pushes.items() if torque}
     if len(pushes) == 1:
         return _as_far_as_held(case, {n: math.copysign(1.0, torque) for n, torque in pushes.items()})
@@ -245,11 +218,7 @@ def senses(case: "Train", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _still(case: "Train") -> dict[str, float]:
     """Return the rotors whose drives keep them from turning, with their speed, 0."""
-    return {
-        n: 0.0
-        for n, r in case.rotors.items()
-        if r.drive is not None and r.drive.kind in ("speed", "servo") and r.drive.speed == 0.0
-    }
+    return {n: 0.0 for n, r in case.rotors.items() if r.drive and r.drive.holds_rotation()}
 
 
 def _as_far_as_held(case: "Train", given: dict[str, float]) -> NDArray[np.float64]:

@@ -57,5 +57,12 @@ class Train(Protocol):
         """``by_position`` or ``from_zero``."""
 
     @property
+    def environment(self) -> Any:
+        """Temperatures, or None."""
+
+    @property
     def operating(self) -> "Train":
         """The train with its lengths at its temperatures."""
+
+    def at_temperature(self, temperature: float) -> "Train":
+        """Return the train with its lengths at a temperature [K] of its environment."""
