@@ -18,7 +18,8 @@ from gearplay.parts.bearing.schema import Bearing
 from gearplay.parts.coupling.schema import Coupling
 from gearplay.parts.environment import Environment
 from gearplay.parts.faults import AnyFault
-from gearplay.parts.mesh.drawn_gears import drawn_faults, draws_deviations, printed_faults
+from gearplay.parts.mesh.drawn_gears import drawn_faults, draws_deviations
+from gearplay.parts.mesh.relations import printed_faults
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.planetary.expansion import set_faults, with_members, without_members
 from gearplay.parts.protocol import Holder, Joint

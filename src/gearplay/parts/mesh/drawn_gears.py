@@ -38,16 +38,6 @@ def drawn_faults(case: Train) -> list[Fault]:
     return list({(fault.path, fault.rule): fault for fault in found}.values())
 
 
-def printed_faults(case: Train) -> list[Fault]:
-    """Return the faults of friction of teeth in the equations as published."""
-    rule = "must be 0 as published, where teeth have no friction"
-    return [
-        Fault(f"meshes.{j}.friction_coefficient", mesh.friction_coefficient, rule, "Remove it")
-        for j, mesh in enumerate(case.meshes)
-        if mesh.friction_coefficient > 0.0 and case.formulation == "as_published"
-    ]
-
-
 def gear_path(case: Train, name: str, *fields: str) -> str:
     """Return the path of a field of a gear, which may be one of several of a rotor or a member of a planetary set."""
     rotor = geometry.rotor_of(case, name)

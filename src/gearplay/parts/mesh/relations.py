@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.raw import Raw, read, text, unknown_rotor
@@ -10,6 +10,9 @@ from gearplay.parts.rotor.gear import Gear, split_name
 from gearplay.parts.rotor.schema import Rotor
 from gearplay.vocabulary.errors import NO_VALUE, Fault, join_path
 from gearplay.vocabulary.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    from gearplay.parts.mesh.train.train import Train
 
 ENDS: Final = ("driver", "driven")
 _SAME: Final = 1e-9
@@ -44,6 +47,16 @@ def mesh_relations(rotors: Mapping[str, Rotor | Raw], meshes: Sequence[Mesh | Ra
     names = [[_in_full(rotors, text(mesh, role)) for role in ENDS] for mesh in meshes]
     yield from _label_faults(names)
     yield from _gear_faults(meshes, names)
+
+
+def printed_faults(case: "Train") -> list[Fault]:
+    """Return the faults of friction of teeth in the equations as published."""
+    rule = "must be 0 as published, where teeth have no friction"
+    return [
+        Fault(f"meshes.{j}.friction_coefficient", mesh.friction_coefficient, rule, "Remove it")
+        for j, mesh in enumerate(case.meshes)
+        if mesh.friction_coefficient > 0.0 and case.formulation == "as_published"
+    ]
 
 
 def _unknown_gear(path: str, name: str, rotor: str, gears: Mapping[str, object]) -> Fault:
