@@ -197,7 +197,7 @@ def test_speed_of_a_planetary_set__is_that_of_its_driven_member() -> None:
 def test_bearings_of_a_case__have_their_lines() -> None:
     machine = machine_of_case(gp.load_case(load_dataset_plan("bearing-dents").case))
     (bearing,) = machine.bearings
-    assert (bearing.name, machine.shafts[bearing.shaft].name) == ("bearing of pinion", "pinion")
+    assert (bearing.name, bearing.rotor, bearing.order) == ("bearing of pinion", "pinion", 1.0)
     assert bearing.orders.bpfi == pytest.approx(5.415, abs=1e-3)
 
 

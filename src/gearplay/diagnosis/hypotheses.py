@@ -24,6 +24,10 @@ WAVEFORM: Final = 7.0
 """Kurtosis of the mean mesh period, from which impacts of the flanks count."""
 LEAST_REST: Final = 1e-4
 """Least share of what repeats with no shaft in the mean square, in which rattle is sought: below it is left of the averages."""
+UNLIKE: Final = 0.15
+"""Lines of a planetary set that like planets do not have over those that they have, from which they count."""
+RING: Final = 2.2
+"""Event of a tooth of a standing ring over the teeth beside it, from which it counts."""
 WORSE: Final = 1.6
 """Factor over the healthy record, from which a measure counts."""
 MOST: Final = 1.5
@@ -91,6 +95,7 @@ def ranked(machine: Machine, found: Measures, healthy: Measures | None) -> list[
     every = [
         *_teeth(machine, found, healthy),
         *_eccentric(machine, found, healthy),
+        *_planets(machine, found, healthy),
         *_bearings(machine, found, healthy),
         *_rattle(machine, found, healthy),
     ]
@@ -151,6 +156,29 @@ def _eccentric(machine: Machine, found: Measures, healthy: Measures | None) -> l
         hypotheses.append(
             Hypothesis(f"eccentric {machine.gears[k].name}", "eccentric", (sides,), strength, place=k)
         )
+    return hypotheses
+
+
+def _planets(machine: Machine, found: Measures, healthy: Measures | None) -> list[Hypothesis]:
+    """Return the hypotheses of planetary sets: a planet unlike the others, an eccentric sun, a tooth of the ring."""
+    hypotheses = []
+    for k, own in enumerate(found.sets):
+        each, before = machine.sets[k], healthy.sets[k] if healthy is not None and healthy.sets else None
+        words = f"lines of {each.name} beside those of like planets, at the carrier's turns, over these"
+        unlike = Evidence(words, own.unlike, _threshold(UNLIKE, before, "unlike"))
+        words = f"lines of {each.name} beside its mesh at the sun's turns against the carrier, over those of like planets"
+        eccentric = Evidence(words, own.eccentric, _threshold(UNLIKE, before, "eccentric"))
+        words = f"event with each planet at one place of {each.name}.ring, over the teeth beside"
+        ring = Evidence(words, own.ring, _threshold(RING, before, "ring", least=0.8))
+        places = {"sun": each.gears[0], "ring": each.gears[2]}
+        for evidence, name, kind, place, times in (
+            (unlike, f"worn pin of a planet of {each.name}", "pin", k, 2.0),
+            (eccentric, f"eccentric {each.name}.sun", "eccentric", places["sun"], 2.0),
+            (ring, f"damaged tooth on {each.name}.ring", "tooth", places["ring"], 1.0),
+        ):
+            if not math.isnan(evidence.value):
+                strength = min(MOST, times * evidence.strength)
+                hypotheses.append(Hypothesis(name, kind, (evidence,), strength, place=place))
     return hypotheses
 
 
@@ -225,13 +253,21 @@ def look_alike(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
     if _holds_lines_of(one, other) or _holds_lines_of(other, one):
         return True
     first, second = (_strongest_line(machine, each) for each in (one, other))
+    if not {one.kind, other.kind} & {*PARTS}:  # teeth do not slip
+        return any(abs(k * second / first - 1.0) < 1e-3 for h in (1.0, 2.0, 3.0, 4.0) for k in (h, 1.0 / h))
     return any(abs(k * second / first - 1.0) < 1.25 * SLIP for k in (0.5, 1.0, 2.0))
 
 
+def has_lines(machine: Machine, h: Hypothesis) -> bool:
+    """Return whether the evidence is a comb of envelope lines: of a part of a bearing, or a tooth of a planetary set."""
+    tooth = h.kind == "tooth" and machine.gears[h.place].shaft is None
+    return h.kind in PARTS or (tooth and not machine.gears[h.place].name.endswith(".ring"))
+
+
 def _has_twin(machine: Machine, one: Hypothesis, every: list[Hypothesis]) -> bool:
-    """Return whether another part of a bearing explains the same lines nearly as well."""
-    parts = [h for h in every if h.kind in PARTS and h is not one] if one.kind in PARTS else []
-    return any(h.strength > max(0.0, one.strength - TWIN) and look_alike(machine, one, h) for h in parts)
+    """Return whether another part of a bearing, or tooth of a planetary set, explains the same lines nearly as well."""
+    others = [h for h in every if has_lines(machine, h) and h is not one] if has_lines(machine, one) else []
+    return any(h.strength > max(0.0, one.strength - TWIN) and look_alike(machine, one, h) for h in others)
 
 
 def on_a_turn(machine: Machine, found: Measures, h: Hypothesis) -> bool:
@@ -245,7 +281,9 @@ def on_a_turn(machine: Machine, found: Measures, h: Hypothesis) -> bool:
 
 
 def _strongest_line(machine: Machine, h: Hypothesis) -> float:
-    """Return the order of the strongest envelope line of a part of a bearing."""
+    """Return the order of the strongest envelope line of a part of a bearing, or of a tooth of a planetary set."""
+    if h.kind not in PARTS:
+        return machine.gears[h.place].order
     bearing = machine.bearings[h.place]
     order, times = {
         "outer": ("bpfo", 1.0),
@@ -253,7 +291,7 @@ def _strongest_line(machine: Machine, h: Hypothesis) -> float:
         "element": ("bsf", 2.0),
         "cage": ("ftf", 1.0),
     }[h.kind]
-    return times * machine.shafts[bearing.shaft].order * float(getattr(bearing.orders, order))
+    return times * bearing.order * float(getattr(bearing.orders, order))
 
 
 def gear_rows(gear: GearMeasure) -> dict[str, float]:

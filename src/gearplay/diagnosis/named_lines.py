@@ -58,15 +58,15 @@ def envelope_names(machine: Machine, f: float) -> dict[str, float]:
     """Return the lines of interest of an envelope spectrum [Hz]: bearings with multiples and modulation, shafts, meshes."""
     found: dict[str, float] = {}
     for bearing in machine.bearings:
-        turn = machine.shafts[bearing.shaft].order * f
+        turn, ring = bearing.order * f, "BPFI" if bearing.turning == "inner" else "BPFO"
         suffix = f" of {bearing.name}" if len(machine.bearings) > 1 else ""
         lines = bearing.orders.frequencies(turn)
         for name in ("BPFO", "BPFI", "BSF", "FTF"):
             for h in (1, 2, 3, 4):
                 found[_times(h, name) + suffix] = h * lines[name]
         for h in (1, 2, 3, 4):
-            found[f"{_times(h, 'BPFI')} - turn{suffix}"] = h * lines["BPFI"] - turn
-            found[f"{_times(h, 'BPFI')} + turn{suffix}"] = h * lines["BPFI"] + turn
+            found[f"{_times(h, ring)} - turn{suffix}"] = h * lines[ring] - turn
+            found[f"{_times(h, ring)} + turn{suffix}"] = h * lines[ring] + turn
         found[f"2 x BSF - FTF{suffix}"] = 2.0 * lines["BSF"] - lines["FTF"]
         found[f"2 x BSF + FTF{suffix}"] = 2.0 * lines["BSF"] + lines["FTF"]
     for shaft in machine.shafts:
