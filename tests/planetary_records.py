@@ -1,4 +1,4 @@
-"""Synthetic vibration of the bundled planetary reducer at a sensor on its ring, under ten conditions, made of formulas.
+"""Synthetic vibration of the bundled planetary reducer at a sensor on its ring, under eleven conditions, made of formulas.
 
 Three planets pass the sensor one after another, each with the waves of its two meshes; sun and carrier turn, the ring stands.
 """
@@ -10,7 +10,7 @@ import gearplay as gp
 from gearplay.signals import bearing_orders
 from machine_records import event_times, ringing
 
-RATE, SECONDS = 16_000.0, 8.0
+RATE, SECONDS = 12_800.0, 16.0
 CASE = "planetary-reducer"
 PLANETS, SUN, PLANET, RING = 3, 17, 37, 91
 BEARING = {"rolling_elements": 14, "element_diameter": "9.5 mm", "pitch_diameter": "68 mm", "stiffness": "1e10 N/m^1.5"}
@@ -19,8 +19,10 @@ NAMES = {
     "sun tooth": "damaged tooth on stage.sun",
     "planet tooth": "damaged tooth on stage.planet",
     "ring tooth": "damaged tooth on stage.ring",
-    "worn pin": "worn pin of a planet of stage",
+    "worn pin": "uneven planets of stage",
+    "eccentric carrier": "uneven planets of stage",
     "eccentric sun": "eccentric stage.sun",
+    "eccentric planet": "eccentric stage.planet",
     "planet bearing, inner": "bearing of a planet of stage, inner ring",
     "planet bearing, outer": "bearing of a planet of stage, outer ring",
 }
@@ -58,20 +60,26 @@ def planetary_record(
         return np.asarray(least + (1.0 - least) * np.exp(width * (np.cos(angle) - 1.0)))
 
     shares, phases = 1.0 + rng.uniform(-0.03, 0.03, PLANETS), rng.uniform(-0.03, 0.03, PLANETS)
-    runout = rng.uniform(0.01, 0.05)
+    runout, runouts = rng.uniform(0.01, 0.05), rng.uniform(0.01, 0.03, PLANETS)
     if condition == "worn pin":
         shares[0] -= severity * rng.uniform(0.45, 0.65)
         shares[1:] += severity * 0.2
         phases[0] -= severity * rng.uniform(0.1, 0.4)
+    elif condition == "eccentric carrier":
+        wave = np.cos(2 * np.pi * np.arange(PLANETS) / PLANETS + rng.uniform(0, 2 * np.pi))
+        shares += severity * rng.uniform(0.3, 0.5) * wave
+        phases += severity * rng.uniform(0.1, 0.3) * wave
     elif condition == "eccentric sun":
         runout = severity * rng.uniform(0.35, 0.6)
+    elif condition == "eccentric planet":
+        runouts[0] = severity * rng.uniform(0.5, 0.8)
     place, resonance, decay = rng.uniform(0, 2 * np.pi), rng.uniform(1800, 4500), rng.uniform(500, 1200)
     amplitudes, high = rng.uniform(0.7, 1.3, (2, 4)) * (1.0, 0.5, 0.3, 0.15), rng.uniform(0, 2 * np.pi, (2, 4))
     x = np.zeros(n)
     spin = RING / PLANET * carrier  # of the planets against the carrier
     for i, angle in enumerate(planets):
         towards = sun - 2 * np.pi * i / PLANETS - place  # of a mark of the sun from the planet
-        swing = 1.0 + runout * np.cos(towards)
+        swing = 1.0 + runout * np.cos(towards) + runouts[i] * np.cos(spin - place)
         dip = np.zeros(n)
         if condition == "sun tooth":
             dip = _near(towards, SUN)

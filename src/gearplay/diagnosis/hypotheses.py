@@ -24,8 +24,8 @@ WAVEFORM: Final = 7.0
 """Kurtosis of the mean mesh period, from which impacts of the flanks count."""
 LEAST_REST: Final = 1e-4
 """Least share of what repeats with no shaft in the mean square, in which rattle is sought: below it is left of the averages."""
-UNLIKE: Final = 0.15
-"""Lines of a planetary set that like planets do not have over those that they have, from which they count."""
+UNEVEN: Final = 0.15
+"""Lines of a planetary set that even planets do not have over those that they have, from which they count."""
 RING: Final = 2.2
 """Event of a tooth of a standing ring over the teeth beside it, from which it counts."""
 WORSE: Final = 1.6
@@ -160,24 +160,23 @@ def _eccentric(machine: Machine, found: Measures, healthy: Measures | None) -> l
 
 
 def _planets(machine: Machine, found: Measures, healthy: Measures | None) -> list[Hypothesis]:
-    """Return the hypotheses of planetary sets: a planet unlike the others, an eccentric sun, a tooth of the ring."""
+    """Return the hypotheses of planetary sets: uneven planets, an eccentric sun or planet, a tooth of the standing ring."""
     hypotheses = []
     for k, own in enumerate(found.sets):
         each, before = machine.sets[k], healthy.sets[k] if healthy is not None and healthy.sets else None
-        words = f"lines of {each.name} beside those of like planets, at the carrier's turns, over these"
-        unlike = Evidence(words, own.unlike, _threshold(UNLIKE, before, "unlike"))
-        words = f"lines of {each.name} beside its mesh at the sun's turns against the carrier, over those of like planets"
-        eccentric = Evidence(words, own.eccentric, _threshold(UNLIKE, before, "eccentric"))
-        words = f"event with each planet at one place of {each.name}.ring, over the teeth beside"
-        ring = Evidence(words, own.ring, _threshold(RING, before, "ring", least=0.8))
-        places = {"sun": each.gears[0], "ring": each.gears[2]}
-        for evidence, name, kind, place, times in (
-            (unlike, f"worn pin of a planet of {each.name}", "pin", k, 2.0),
-            (eccentric, f"eccentric {each.name}.sun", "eccentric", places["sun"], 2.0),
-            (ring, f"damaged tooth on {each.name}.ring", "tooth", places["ring"], 1.0),
-        ):
-            if not math.isnan(evidence.value):
-                strength = min(MOST, times * evidence.strength)
+        sun, planet, ring = each.gears
+        lines = f"lines of {each.name} over those that even planets have"
+        for measure, name, kind, place, words in (
+            ("uneven", f"uneven planets of {each.name}", "planets", k, f"{lines}: between these, at the carrier's turns"),
+            ("sun", f"eccentric {each.name}.sun", "eccentric", sun, f"{lines}: at the sun's turns against the carrier"),
+            ("planet", f"eccentric {each.name}.planet", "eccentric", planet, f"{lines}: at a planet's turns against the carrier"),
+            ("ring", f"damaged tooth on {each.name}.ring", "tooth", ring, "event with each planet at one tooth, over those beside"),
+        ):  # fmt: skip
+            value, tooth = getattr(own, measure), measure == "ring"
+            if not math.isnan(value):
+                limit = _threshold(RING if tooth else UNEVEN, before, measure, least=0.8 if tooth else 0.5)
+                evidence = Evidence(words, value, limit)
+                strength = min(MOST, (1.0 if tooth else 2.0) * evidence.strength)
                 hypotheses.append(Hypothesis(name, kind, (evidence,), strength, place=place))
     return hypotheses
 
@@ -260,8 +259,10 @@ def look_alike(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
 
 def has_lines(machine: Machine, h: Hypothesis) -> bool:
     """Return whether the evidence is a comb of envelope lines: of a part of a bearing, or a tooth of a planetary set."""
-    tooth = h.kind == "tooth" and machine.gears[h.place].shaft is None
-    return h.kind in PARTS or (tooth and not machine.gears[h.place].name.endswith(".ring"))
+    if h.kind != "tooth" or machine.gears[h.place].shaft is not None:
+        return h.kind in PARTS
+    own = machine.set_of(h.place)
+    return own is None or h.place != own.gears[2]
 
 
 def _has_twin(machine: Machine, one: Hypothesis, every: list[Hypothesis]) -> bool:

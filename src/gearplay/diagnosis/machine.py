@@ -71,12 +71,13 @@ class Bearing:
 class PlanetarySet:
     """A planetary set with evenly spaced planets, of which the sun or the ring stands: orders of its lines at a fixed sensor.
 
-    ``teeth`` meshes pass in a turn of the carrier; ``carrier`` and ``sun`` are the turns of the carrier, and of the sun relative
-    to it, in one turn of the first shaft; ``gears`` are the places of sun, planet and ring, ``shaft`` that of the carrier.
+    ``teeth`` meshes pass in a turn of the carrier; ``carrier`` are its turns in one of the first shaft, ``sun`` and ``planet``
+    those of sun and planets relative to it; ``gears`` are the places of sun, planet and ring, ``shaft`` that of the carrier.
 
     The teeth of N planets that pass a sensor one after another leave, of the lines h z f_c + n f_c, those with h z + n a multiple
-    of N where the planets are alike (McFadden and Smith, Proc. IMechE C 199 (1985) 65); unlike planets fill the other ones. An
-    eccentric sun has lines at h z f_c + n f_c -+ f_s, f_s relative to the carrier, with h z + n -+ 1 a multiple of N.
+    of N where the planets are alike (McFadden and Smith, Proc. IMechE C 199 (1985) 65); uneven ones fill the rest. An
+    eccentric sun has lines at h z f_c + n f_c -+ f_s, f_s relative to the carrier, with h z + n -+ 1 a multiple of N; an eccentric
+    planet at h z f_c + n f_c -+ f_p, f_p relative to the carrier, with every n.
     """
 
     name: str
@@ -84,6 +85,7 @@ class PlanetarySet:
     teeth: int
     carrier: float
     sun: float
+    planet: float
     gears: tuple[int, int, int]
     shaft: int
 
@@ -91,23 +93,32 @@ class PlanetarySet:
         """Return the orders around harmonic h of the mesh that planets which are alike leave."""
         return [self.carrier * (h * self.teeth + n) for n in self._near(h, 0)]
 
-    def unlike(self, h: int) -> list[float]:
+    def uneven(self, h: int) -> list[float]:
         """Return the orders around harmonic h of the mesh that planets which are alike do not have."""
         own = self._near(h, 0)
-        near = range(-self.planets, self.planets + 1)
-        return [self.carrier * (h * self.teeth + n) for n in near if n not in own]
+        return [self.carrier * (h * self.teeth + n) for n in self._all() if n not in own]
 
-    def eccentric(self, h: int) -> list[float]:
+    def eccentric_sun(self, h: int) -> list[float]:
         """Return the orders around harmonic h of the mesh that an eccentric sun has."""
-        return [
-            self.carrier * (h * self.teeth + n) + side * self.sun
-            for side in (-1, 1)
-            for n in self._near(h, -side)
-        ]
+        lines = [(n, side) for side in (-1, 1) for n in self._near(h, -side)]
+        return [self.carrier * (h * self.teeth + n) + side * self.sun for n, side in lines]
+
+    def eccentric_planet(self, h: int) -> list[float]:
+        """Return the orders around harmonic h of the mesh that an eccentric planet has."""
+        return [self.carrier * (h * self.teeth + n) + side * self.planet for side in (-1, 1) for n in self._all()]
+
+    def apart(self, member: str) -> float:
+        """Return the least distance, as an order, of the lines of an eccentric "sun" or "planet" from those of the other causes."""
+        carried = {name: getattr(self, name) % self.carrier for name in ("sun", "planet")}
+        own = carried.pop(member)
+        others = [0.0, *(place for value in carried.values() for place in (value, -value))]
+        return min(abs(math.remainder(own - other, self.carrier)) for other in others)
+
+    def _all(self) -> range:
+        return range(-self.planets, self.planets + 1)
 
     def _near(self, h: int, shift: int) -> list[int]:
-        near = range(-self.planets, self.planets + 1)
-        return [n for n in near if (h * self.teeth + n + shift) % self.planets == 0]
+        return [n for n in self._all() if (h * self.teeth + n + shift) % self.planets == 0]
 
 
 @dataclass(frozen=True)
@@ -136,11 +147,17 @@ class Machine:
         return replace(self, bearings=(*self.bearings, *found))
 
     def mesh_lines(self, harmonics: int) -> list[float]:
-        """Return the orders at which harmonics of the meshes have lines, those of planetary sets beside them too."""
-        plain = [h * mesh.order for mesh in self.meshes for h in range(1, harmonics + 1)]
-        return plain + [
-            order for each in self.sets for h in range(1, harmonics + 1) for order in each.alike(h)
-        ]
+        """Return the orders at which harmonics of the meshes have lines, of planetary sets those that passing planets leave."""
+        return [o for mesh in self.meshes for h in range(1, harmonics + 1) for o in self.lines_of(mesh, h)]
+
+    def lines_of(self, mesh: Mesh, h: int) -> list[float]:
+        """Return the orders at which harmonic h of a mesh has lines."""
+        own = self.set_of(mesh.gears[0])
+        return [h * mesh.order] if own is None else own.alike(h)
+
+    def set_of(self, gear: int) -> PlanetarySet | None:
+        """Return the planetary set that a gear belongs to, None for one with a shaft of its own."""
+        return next((each for each in self.sets if gear in each.gears), None)
 
     def hunting(self, mesh: Mesh) -> float:
         """Return the order at which the same two teeth of a mesh meet."""
@@ -264,7 +281,7 @@ def machine_of_case(case: Case) -> Machine:
             sets.append(
                 PlanetarySet(
                     name, table.planets.count, round(periods), found_set.carrier / speed,
-                    found_set.mesh / table.sun.teeth / speed, (count, count + 1, count + 2),
+                    found_set.mesh / table.sun.teeth / speed, found_set.planet / speed, (count, count + 1, count + 2),
                     turning.index(f"{name}.carrier"),
                 )
             )  # fmt: skip

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearplay.diagnosis.envelope_combs import BandEnvelope, Comb, band_envelopes, best_comb
 from gearplay.diagnosis.machine import Bearing, Gear, Machine
-from gearplay.diagnosis.planetary_measures import SetMeasure, set_measure
+from gearplay.diagnosis.planetary_measures import SetMeasure, set_measure, tooth_pattern
 from gearplay.diagnosis.separation import Separation, ShaftAverage, separated
 from gearplay.diagnosis.shaft_speed import FoundSpeed
 from gearplay.files.record import Channel
@@ -55,9 +55,9 @@ class Measures:
     """Measures of one record: statistics, gears by index, bearings' parts by (bearing, part), combs of the random residual.
 
     ``mesh`` has for each mesh the comb of the envelope of ``rest``, what repeats with no shaft; ``events`` that of the gears of
-    planetary sets, whose turns are not averaged, ``sets`` further measures of the sets. ``impulsive`` is the kurtosis of the most impulsive ``band`` [Hz] of the rest,
-    less that of noise, in the quarter of the record where it is least; ``waveform`` that of the mean mesh period; ``rest_share``
-    the part of the rest in the mean square.
+    planetary sets, whose turns are not averaged; ``sets`` further measures of the sets. ``impulsive`` is the kurtosis of the most
+    impulsive ``band`` [Hz] of the rest, less that of noise, in the quarter of the record where it is least; ``waveform`` that of
+    the mean mesh period; ``rest_share`` the part of the rest in the mean square.
     """
 
     speed: FoundSpeed
@@ -92,12 +92,10 @@ def measured(
                 for k, b in enumerate(machine.bearings)
                 for part, name in (("outer", "bpfo"), ("inner", "bpfi"), ("element", "bsf"), ("cage", "ftf"))}  # fmt: skip
     bands = band_envelopes(parts.rest, 8.0 * max([fastest, *(0.6 * each for each in bearings.values())]))
-    planetary = [
-        k for k, gear in enumerate(machine.gears) if gear.shaft is None and not gear.name.endswith(".ring")
-    ]
+    events = _tooth_events(machine, bands, f)
     # A shaft whose own turn stands in the envelope of the rest, by gears or a load, has its multiples there too.
     turning = [each for each in machine.shafts if speed.known and _stands(bands, each.order * f)]
-    taken = np.array([k * each.order * f for each in turning for k in range(1, 11)])
+    taken = np.array([k * each.order * f for each in turning for k in range(1, 11)] + _lines_of(machine, events, f))
     combs = {
         key: best_comb(bands, line, _pattern(machine.bearings[key[0]], key[1], f), search=SLIP, without=taken)
         for key, line in bearings.items()
@@ -111,7 +109,7 @@ def measured(
         gears,
         combs,
         tuple(_fixed_comb(bands, each.order * f, (1.0, 2.0, 3.0)) for each in machine.meshes),
-        {k: best_comb(bands, machine.gears[k].order * f, _tooth_pattern(machine, k, f)) for k in planetary},
+        events,
         _of_sets(channel, machine, f, parts) if speed.known else (),
         _shocks(parts.rest, band),
         band,
@@ -142,6 +140,32 @@ def _stands(bands: list[BandEnvelope], frequency: float) -> bool:
     return comb.height > 1.0
 
 
+def _tooth_events(machine: Machine, bands: list[BandEnvelope], f: float) -> dict[int, Comb]:
+    """Return the combs of one tooth's contacts of the planetary sets' gears, but of rings that stand.
+
+    One multiple alone decides nothing: an eccentric gear has the first one, and with slip a line of a bearing may lie at another.
+    """
+    found = {}
+    for k, gear in enumerate(machine.gears):
+        own = machine.set_of(k)
+        if gear.shaft is not None or (own is not None and k == own.gears[2]):
+            continue
+        plain = [(float(h), 0.0) for h in (1, 2, 3, 4)]
+        pattern = plain if own is None else tooth_pattern(own, k, f, harmonics=4)
+        found[k] = best_comb(bands, gear.order * f, pattern, balanced=True)
+    return found
+
+
+def _lines_of(machine: Machine, events: dict[int, Comb], f: float) -> list[float]:
+    """Return the lines [Hz] of teeth of planetary sets whose events stand in the envelope."""
+    found = []
+    for k, comb in events.items():
+        own, order = machine.set_of(k), machine.gears[k].order
+        if own is not None and comb.height > 1.0:
+            found += [h * order * f + offset for h, offset in tooth_pattern(own, k, f, harmonics=20)]
+    return found
+
+
 def _of_sets(channel: Channel, machine: Machine, f: float, parts: Separation) -> tuple[SetMeasure, ...]:
     """Return the measures of the planetary sets."""
     if not machine.sets:
@@ -152,19 +176,6 @@ def _of_sets(channel: Channel, machine: Machine, f: float, parts: Separation) ->
         set_measure(each, spectrum, f, parts.of(each.shaft) if ring else None)
         for each, ring in zip(machine.sets, standing, strict=True)
     )
-
-
-def _tooth_pattern(machine: Machine, k: int, f: float) -> list[tuple[float, float]]:
-    """Return the envelope lines of a damaged tooth of gear k of a planetary set: multiples, and modulation by its place [Hz].
-
-    A tooth of a planet is carried past the sensor with the carrier; one of the sun meets planets all around, with its own turns.
-    """
-    plain = [(float(h), 0.0) for h in (1, 2, 3, 4)]
-    own = next((each for each in machine.sets if k in each.gears[:2]), None)
-    if own is None:
-        return plain
-    turn = own.carrier if k == own.gears[1] else own.carrier + own.sun
-    return plain + [(h, side * turn * f) for h in (1.0, 2.0) for side in (-1.0, 1.0)]
 
 
 def _pattern(bearing: Bearing, part: str, f: float) -> list[tuple[float, float]]:

@@ -1,9 +1,9 @@
-"""Measures of planetary sets: lines of unlike planets and of an eccentric sun, events of a tooth of the standing ring."""
+"""Measures of planetary sets: lines of uneven planets and eccentric gears, events of a tooth of the standing ring."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -23,6 +23,8 @@ STANDS_OUT: Final = 4.0
 """Amplitude of the strongest line of like planets over the level around, from which a harmonic counts."""
 APART: Final = 3.0
 """Least distance of two lines that can be told apart, in lines of the spectrum."""
+NOISE: Final = 1.5
+"""Amplitude of noise, as the largest of three lines, over its median."""
 SIDE: Final = 0.25
 """Width on either side of mesh harmonics that the passing planets fill, of the mesh frequency."""
 BESIDE: Final = (1.5, 6.0)
@@ -33,50 +35,62 @@ BESIDE: Final = (1.5, 6.0)
 class SetMeasure:
     """Measures of a planetary set at a fixed sensor, nan where the record cannot show them.
 
-    ``unlike`` and ``eccentric`` are the lines of unlike planets and of an eccentric sun over those of like planets, root sums of
-    squares [1]; ``ring`` the rms of the event of a tooth of the standing ring over that of the teeth beside it and the noise [1].
+    ``uneven``, ``sun`` and ``planet`` are the lines of uneven planets, of an eccentric sun and of an eccentric planet over those
+    of like planets, root sums of squares [1]; ``ring`` the rms of the event of a tooth of the standing ring over that of the teeth
+    beside it and the noise [1].
     """
 
-    unlike: float
-    eccentric: float
+    uneven: float
+    sun: float
+    planet: float
     ring: float
 
 
 def set_measure(each: PlanetarySet, spectrum: Spectrum, f: float, average: ShaftAverage | None) -> SetMeasure:
     """Return the measures of a set at a speed of the first shaft [Hz]; ``average`` is that over the carrier's turn."""
-    harmonics = [(each.alike(h), each.unlike(h), each.eccentric(h)) for h in range(1, HARMONICS + 1)]
     power = spectrum.amplitude**2
     level = floor_of(power)
 
-    def heights(orders: Sequence[float]) -> Floats:
-        """Return the powers of lines above the level, and 0 for those beyond the spectrum."""
+    def lines(orders: Sequence[float]) -> Floats:
+        """Return the powers of the lines that the spectrum has, and the level around, shape [2, line]."""
         at = np.rint(np.array(orders) * f / spectrum.resolution).astype(int)
-        inside = (at >= 3) & (at < power.size - 3)
-        at = np.where(inside, at, 3)
-        near = np.maximum(power[at], np.maximum(power[at - 1], power[at + 1]))
-        return np.where(inside, np.maximum(near - (1.5**2) * level[at], 0.0), 0.0)
+        at = at[(at >= 3) & (at < power.size - 3)]
+        return np.stack([np.max([power[at - 1], power[at], power[at + 1]], axis=0), level[at]])
 
-    kept = []
-    for alike, *others in harmonics:
-        at = np.clip(np.rint(np.array(alike) * f / spectrum.resolution).astype(int), 3, power.size - 4)
-        if np.max(heights(alike) / level[at]) > STANDS_OUT**2:
-            kept.append((alike, *others))
-    total = sum(float(np.sum(heights(alike))) for alike, _, _ in kept)
+    def total(orders: Sequence[float]) -> float:
+        """Return the power of lines above that of noise, of which the largest of three bins is taken."""
+        own, around = lines(orders)
+        return float(np.sum(np.maximum(own - NOISE**2 * around, 0.0)))
 
-    def ratio(place: int) -> float:
-        return (
-            math.sqrt(sum(float(np.sum(heights(lines[place]))) for lines in kept) / total)
-            if kept
-            else math.nan
-        )
+    def stands(h: int) -> bool:
+        own, around = lines(each.alike(h))
+        return bool(np.any(own > STANDS_OUT**2 * around))
 
-    turn = each.carrier * f / spectrum.resolution
-    between = abs(each.sun / each.carrier - round(each.sun / each.carrier)) * turn
+    kept = [h for h in range(1, HARMONICS + 1) if stands(h)]
+    like = sum(total(each.alike(h)) for h in kept)
+
+    def ratio(orders: Callable[[int], Sequence[float]], apart: float) -> float:
+        """Return the lines over those of like planets; nan where other lines lie nearer than ``apart``, an order."""
+        if not kept or apart * f < APART * spectrum.resolution:
+            return math.nan
+        return math.sqrt(sum(total(orders(h)) for h in kept) / like)
+
     return SetMeasure(
-        ratio(1) if turn > APART else math.nan,
-        ratio(2) if min(between, turn) > APART else math.nan,
+        ratio(each.uneven, min(each.carrier, each.apart("sun"), each.apart("planet"))),
+        ratio(each.eccentric_sun, each.apart("sun")),
+        ratio(each.eccentric_planet, each.apart("planet")),
         math.nan if average is None else _ring_event(average, each),
     )
+
+
+def tooth_pattern(each: PlanetarySet, k: int, f: float, harmonics: int) -> list[tuple[float, float]]:
+    """Return the envelope lines of a damaged tooth of sun or planet, gear ``k``: multiples, and modulation by its place [Hz].
+
+    A tooth of a planet is carried past the sensor with the carrier; one of the sun meets planets all around, with its own turns.
+    """
+    turn = each.carrier if k == each.gears[1] else each.carrier + each.sun
+    plain = [(float(h), 0.0) for h in range(1, harmonics + 1)]
+    return plain + [(h, side * turn * f) for h in (1.0, 2.0) for side in (-1.0, 1.0)]
 
 
 def _ring_event(found: ShaftAverage, each: PlanetarySet) -> float:
