@@ -13,7 +13,12 @@ from machine_records import event_times, ringing
 RATE, SECONDS = 12_800.0, 16.0
 CASE = "planetary-reducer"
 PLANETS, SUN, PLANET, RING = 3, 17, 37, 91
-BEARING = {"rolling_elements": 14, "element_diameter": "9.5 mm", "pitch_diameter": "68 mm", "stiffness": "1e10 N/m^1.5"}
+BEARING = {
+    "rolling_elements": 14,
+    "element_diameter": "9.5 mm",
+    "pitch_diameter": "68 mm",
+    "stiffness": "1e10 N/m^1.5",
+}
 NAMES = {
     "healthy": "no damage that this record shows",
     "sun tooth": "damaged tooth on stage.sun",
@@ -38,7 +43,9 @@ def with_bearings() -> gp.Case:
 
 def crossings(angle: Floats, place: float, t: Floats) -> Floats:
     """Return the times at which a rising angle passes ``place`` and whole turns beyond [s]."""
-    turns = np.arange(np.ceil((angle[0] - place) / (2 * np.pi)), np.floor((angle[-1] - place) / (2 * np.pi)) + 1)
+    turns = np.arange(
+        np.ceil((angle[0] - place) / (2 * np.pi)), np.floor((angle[-1] - place) / (2 * np.pi)) + 1
+    )
     return np.interp(place + 2 * np.pi * turns, angle, t)
 
 
@@ -74,7 +81,10 @@ def planetary_record(
     elif condition == "eccentric planet":
         runouts[0] = severity * rng.uniform(0.5, 0.8)
     place, resonance, decay = rng.uniform(0, 2 * np.pi), rng.uniform(1800, 4500), rng.uniform(500, 1200)
-    amplitudes, high = rng.uniform(0.7, 1.3, (2, 4)) * (1.0, 0.5, 0.3, 0.15), rng.uniform(0, 2 * np.pi, (2, 4))
+    amplitudes, high = (
+        rng.uniform(0.7, 1.3, (2, 4)) * (1.0, 0.5, 0.3, 0.15),
+        rng.uniform(0, 2 * np.pi, (2, 4)),
+    )
     x = np.zeros(n)
     spin = RING / PLANET * carrier  # of the planets against the carrier
     for i, angle in enumerate(planets):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from itertools import pairwise
 from typing import Final
@@ -84,11 +83,7 @@ def _indices(machine: Machine, found: Measures) -> dict[str, float]:
     for k, comb in found.events.items():
         values[f"events of {machine.gears[k].name}"] = math.log10(1.0 + comb.height)
     for each, own in zip(machine.sets, found.sets, strict=False):
-        values |= {
-            f"{name} of {each.name}": math.log10(0.01 + value)
-            for name, value in dataclasses.asdict(own).items()
-            if math.isfinite(value)
-        }
+        values |= {f"{name} of {each.name}": math.log10(0.01 + value) for name, value in own.rows().items()}
     return values
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from gearplay.diagnosis.machine import Machine
-from gearplay.diagnosis.measures import PARTS, SLIP, GearMeasure, Measures
+from gearplay.diagnosis.measures import PARTS, SLIP, Measures
 
 HEALTHY: Final = "no damage that this record shows"
 RATTLE: Final = "rattle of the flanks"
@@ -170,7 +170,7 @@ def _planets(machine: Machine, found: Measures, healthy: Measures | None) -> lis
             ("uneven", f"uneven planets of {each.name}", "planets", k, f"{lines}: between these, at the carrier's turns"),
             ("sun", f"eccentric {each.name}.sun", "eccentric", sun, f"{lines}: at the sun's turns against the carrier"),
             ("planet", f"eccentric {each.name}.planet", "eccentric", planet, f"{lines}: at a planet's turns against the carrier"),
-            ("ring", f"damaged tooth on {each.name}.ring", "tooth", ring, "event with each planet at one tooth, over those beside"),
+            ("ring", f"damaged tooth on {each.name}.ring", "tooth", ring, "event of each planet at one tooth, over those beside"),
         ):  # fmt: skip
             value, tooth = getattr(own, measure), measure == "ring"
             if not math.isnan(value):
@@ -293,14 +293,3 @@ def _strongest_line(machine: Machine, h: Hypothesis) -> float:
         "cage": ("ftf", 1.0),
     }[h.kind]
     return times * bearing.order * float(getattr(bearing.orders, order))
-
-
-def gear_rows(gear: GearMeasure) -> dict[str, float]:
-    """Return the indices of a gear by name."""
-    own = gear.indicators
-    return {
-        "rms": own.rms, "kurtosis": own.kurtosis, "crest factor": own.crest_factor, "FM0": own.fm0, "FM4": own.fm4,
-        "M6A": own.m6a, "M8A": own.m8a, "NA4": own.na4, "NB4": own.nb4, "energy ratio": own.energy_ratio,
-        "sideband index": own.sideband_index, "sideband level factor": own.sideband_level_factor,
-        "tooth event": gear.event, "modulation": gear.modulation,
-    }  # fmt: skip

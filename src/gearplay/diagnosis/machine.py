@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from gearplay.diagnosis.planetary_set import PlanetarySet
 from gearplay.signals.bearing_lines import BearingOrders, bearing_orders
 from gearplay.vocabulary.errors import InputError
 
@@ -65,60 +66,6 @@ class Bearing:
     rotor: str = ""
     turning: str = "inner"
     carrier: float = 0.0
-
-
-@dataclass(frozen=True)
-class PlanetarySet:
-    """A planetary set with evenly spaced planets, of which the sun or the ring stands: orders of its lines at a fixed sensor.
-
-    ``teeth`` meshes pass in a turn of the carrier; ``carrier`` are its turns in one of the first shaft, ``sun`` and ``planet``
-    those of sun and planets relative to it; ``gears`` are the places of sun, planet and ring, ``shaft`` that of the carrier.
-
-    The teeth of N planets that pass a sensor one after another leave, of the lines h z f_c + n f_c, those with h z + n a multiple
-    of N where the planets are alike (McFadden and Smith, Proc. IMechE C 199 (1985) 65); uneven ones fill the rest. An
-    eccentric sun has lines at h z f_c + n f_c -+ f_s, f_s relative to the carrier, with h z + n -+ 1 a multiple of N; an eccentric
-    planet at h z f_c + n f_c -+ f_p, f_p relative to the carrier, with every n.
-    """
-
-    name: str
-    planets: int
-    teeth: int
-    carrier: float
-    sun: float
-    planet: float
-    gears: tuple[int, int, int]
-    shaft: int
-
-    def alike(self, h: int) -> list[float]:
-        """Return the orders around harmonic h of the mesh that planets which are alike leave."""
-        return [self.carrier * (h * self.teeth + n) for n in self._near(h, 0)]
-
-    def uneven(self, h: int) -> list[float]:
-        """Return the orders around harmonic h of the mesh that planets which are alike do not have."""
-        own = self._near(h, 0)
-        return [self.carrier * (h * self.teeth + n) for n in self._all() if n not in own]
-
-    def eccentric_sun(self, h: int) -> list[float]:
-        """Return the orders around harmonic h of the mesh that an eccentric sun has."""
-        lines = [(n, side) for side in (-1, 1) for n in self._near(h, -side)]
-        return [self.carrier * (h * self.teeth + n) + side * self.sun for n, side in lines]
-
-    def eccentric_planet(self, h: int) -> list[float]:
-        """Return the orders around harmonic h of the mesh that an eccentric planet has."""
-        return [self.carrier * (h * self.teeth + n) + side * self.planet for side in (-1, 1) for n in self._all()]
-
-    def apart(self, member: str) -> float:
-        """Return the least distance, as an order, of the lines of an eccentric "sun" or "planet" from those of the other causes."""
-        carried = {name: getattr(self, name) % self.carrier for name in ("sun", "planet")}
-        own = carried.pop(member)
-        others = [0.0, *(place for value in carried.values() for place in (value, -value))]
-        return min(abs(math.remainder(own - other, self.carrier)) for other in others)
-
-    def _all(self) -> range:
-        return range(-self.planets, self.planets + 1)
-
-    def _near(self, h: int, shift: int) -> list[int]:
-        return [n for n in self._all() if (h * self.teeth + n + shift) % self.planets == 0]
 
 
 @dataclass(frozen=True)
@@ -192,7 +139,7 @@ def machine_of_teeth(text: str) -> Machine:
 
 
 def bearing_of(text: str, number: int, turns: Sequence[float], *, alone: bool = True) -> Bearing:
-    """Return a bearing given as ``elements, diameter, pitch diameter[, contact angle][@shaft]``; ``turns`` are the shafts' orders.
+    """Return a bearing given as ``elements, diameter, pitch diameter[, contact angle][@shaft]``; ``turns`` are orders of shafts.
 
     >>> round(bearing_of("8, 7.9mm, 33.5mm", 1, [1.0]).orders.bpfi, 9)
     4.943283582
@@ -308,3 +255,20 @@ def machine_of_case(case: Case) -> Machine:
                         f"{each.name}.planet1", ring, each.carrier)
             )  # fmt: skip
     return Machine(shafts, tuple(gears.values()), tuple(meshes), tuple(bearings), tuple(sets), others, speed)
+
+
+def described(case: Case | None, teeth: str | None, bearings: str | Sequence[str]) -> Machine:
+    """Return the machine of a case, of teeth or of bearings alone; `InputError` without any, or with teeth and a case."""
+    if case is not None and teeth is not None:
+        raise InputError.of("teeth", teeth, "must not be given with a case, which has them", "Leave one out")
+    given = (bearings,) if isinstance(bearings, str) else tuple(bearings)
+    if case is not None:
+        machine = machine_of_case(case)
+    elif teeth is not None:
+        machine = machine_of_teeth(teeth)
+    elif given:
+        machine = Machine((Shaft("shaft 1", 1.0),))
+    else:
+        rule = "must be described by a case, teeth or bearings"
+        raise InputError.of("machine", "nothing", rule, 'Give teeth "23:61" or a bearing "8, 7.9mm, 33.5mm"')
+    return machine.with_bearings(given)

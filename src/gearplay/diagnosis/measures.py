@@ -95,7 +95,9 @@ def measured(
     events = _tooth_events(machine, bands, f)
     # A shaft whose own turn stands in the envelope of the rest, by gears or a load, has its multiples there too.
     turning = [each for each in machine.shafts if speed.known and _stands(bands, each.order * f)]
-    taken = np.array([k * each.order * f for each in turning for k in range(1, 11)] + _lines_of(machine, events, f))
+    taken = np.array(
+        [k * each.order * f for each in turning for k in range(1, 11)] + _lines_of(machine, events, f)
+    )
     combs = {
         key: best_comb(bands, line, _pattern(machine.bearings[key[0]], key[1], f), search=SLIP, without=taken)
         for key, line in bearings.items()

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.diagnosis.machine import PlanetarySet
+from gearplay.diagnosis.planetary_set import PlanetarySet
 from gearplay.diagnosis.separation import ShaftAverage
 from gearplay.diagnosis.shaft_speed import floor_of
 from gearplay.results.spectra import Spectrum
@@ -36,14 +36,20 @@ class SetMeasure:
     """Measures of a planetary set at a fixed sensor, nan where the record cannot show them.
 
     ``uneven``, ``sun`` and ``planet`` are the lines of uneven planets, of an eccentric sun and of an eccentric planet over those
-    of like planets, root sums of squares [1]; ``ring`` the rms of the event of a tooth of the standing ring over that of the teeth
-    beside it and the noise [1].
+    of like planets, root sums of squares [1]; ``ring`` the rms of the event of a tooth of the standing ring over that of the
+    teeth beside it and the noise [1].
     """
 
     uneven: float
     sun: float
     planet: float
     ring: float
+
+    def rows(self) -> dict[str, float]:
+        """Return the measures that the record can show, by what they measure."""
+        found = {"uneven planets": self.uneven, "an eccentric sun": self.sun, "an eccentric planet": self.planet,
+                 "a tooth of the ring": self.ring}  # fmt: skip
+        return {name: value for name, value in found.items() if math.isfinite(value)}
 
 
 def set_measure(each: PlanetarySet, spectrum: Spectrum, f: float, average: ShaftAverage | None) -> SetMeasure:
@@ -76,7 +82,7 @@ def set_measure(each: PlanetarySet, spectrum: Spectrum, f: float, average: Shaft
         return math.sqrt(sum(total(orders(h)) for h in kept) / like)
 
     return SetMeasure(
-        ratio(each.uneven, min(each.carrier, each.apart("sun"), each.apart("planet"))),
+        ratio(each.uneven, each.apart("uneven")),
         ratio(each.eccentric_sun, each.apart("sun")),
         ratio(each.eccentric_planet, each.apart("planet")),
         math.nan if average is None else _ring_event(average, each),

@@ -9,7 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.diagnosis.machine import Machine, PlanetarySet
+from gearplay.diagnosis.machine import Machine
+from gearplay.diagnosis.planetary_set import PlanetarySet
 from gearplay.files.record import Channel
 from gearplay.signals.checks import TWO_PI
 from gearplay.signals.resampling import resampled
@@ -94,7 +95,9 @@ def _without_sidebands(channel: Channel, each: PlanetarySet, speed: float) -> Ch
     transform = np.fft.rfft(channel.values)
     turn = each.carrier * speed * channel.duration  # in lines of the spectrum, as all below
     shifts = [k * member / each.carrier for member in (each.sun, each.planet) for k in (-2, -1, 1, 2)]
-    lines = turn * np.array([m + shift for shift in shifts for m in range(-2 * each.planets, 2 * each.planets + 1)])
+    lines = turn * np.array(
+        [m + shift for shift in shifts for m in range(-2 * each.planets, 2 * each.planets + 1)]
+    )
     reach = 1.2 * float(np.max(lines))
     for h in range(1, SIDEBANDS + 1):
         middle = h * each.teeth * turn
