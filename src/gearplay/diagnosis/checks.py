@@ -221,7 +221,9 @@ def _weighed(
     absent = tuple(s.hypothesis for s, d in zip(kept[1:], found[1:], strict=True) if d.place == 0.0)
     spread = np.sqrt(np.mean(np.concatenate([np.var(c, axis=1, ddof=1) for c in causes]), axis=0))
     conclusion, doubt = _conclusion(every)
-    return Checks(tuple(every), tuple(names), np.mean(record, axis=0), spread, (*said, *doubt), conclusion, absent)
+    return Checks(
+        tuple(every), tuple(names), np.mean(record, axis=0), spread, (*said, *doubt), conclusion, absent
+    )
 
 
 def _level(suspect: Suspect, place: float) -> str:

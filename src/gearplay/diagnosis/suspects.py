@@ -15,6 +15,7 @@ from gearplay.model.case import Case
 from gearplay.model.reading import replace
 from gearplay.parts.bearing.faults import touching
 from gearplay.parts.mesh.train.geometry import full_name, gear_of, pair_of, working_backlash
+from gearplay.parts.planetary.members import PinError
 from gearplay.vocabulary.errors import InputError
 
 AS_IT_IS: Final = "the case as it is"
@@ -142,19 +143,14 @@ def _uneven(case: Case, name: str, h: Hypothesis) -> Iterator[Suspect]:
     sizes = tuple(share * table.module for share in ECCENTRICITIES)
     alone = [(0.0, 1.0), *[(0.0, 0.0)] * (table.planets.count - 1)]
     together = [(math.cos(angle), -math.sin(angle)) for angle in table.planets.directions]
-    before = {each.planet: (each.radial, each.tangential) for each in table.pin_errors}
+    before = {each.planet: each for each in table.pin_errors}
 
-    def off(amount: float, directions: Sequence[tuple[float, float]]) -> list[dict[str, float]]:
+    def off(amount: float, directions: Sequence[tuple[float, float]]) -> list[dict[str, Any]]:
         errors = []
         for planet, (along, across) in enumerate(directions, 1):
-            radial, tangential = before.get(planet, (0.0, 0.0))
-            errors.append(
-                {
-                    "planet": planet,
-                    "radial": radial + amount * along,
-                    "tangential": tangential + amount * across,
-                }
-            )
+            own = before.get(planet, PinError(planet=planet))
+            moved = {"radial": own.radial + amount * along, "tangential": own.tangential + amount * across}
+            errors.append(own.model_dump() | moved)
         return errors
 
     for words, directions in (
