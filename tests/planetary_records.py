@@ -1,4 +1,4 @@
-"""Synthetic vibration of the bundled planetary reducer at a sensor on its ring, under eleven conditions, made of formulas.
+"""Synthetic vibration of the bundled planetary reducer at a sensor on its ring, under ten conditions, made of formulas.
 
 Three planets pass the sensor one after another, each with the waves of its two meshes; sun and carrier turn, the ring stands.
 """

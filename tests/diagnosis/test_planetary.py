@@ -1,4 +1,4 @@
-"""Diagnosis of planetary sets: synthetic records in eleven conditions, lines, causes to simulate."""
+"""Diagnosis of planetary sets: synthetic records in ten conditions, lines, causes to simulate."""
 
 from typing import Any
 
@@ -40,6 +40,32 @@ def test_conditions__first_in_ninety_per_cent_and_never_wrong_with_the_stated_co
     wrong = [(condition, first) for condition, first in every if first["name"] != NAMES[condition]]
     assert len(wrong) <= 0.1 * len(every)
     assert all(first["confidence"] < TOLD for _, first in wrong), wrong
+
+
+HELD: dict[str, Any] = {
+    "planetary.stage.sun.floating": False,
+    "planetary.stage.pin": None,
+    "planetary.stage.support": {"stiffness": ["3e8 N/m"] * 2, "damping": ["2e3 N s/m"] * 2},
+    "planetary.stage.ring.support": {"stiffness": ["2e8 N/m"] * 2, "damping": ["5e3 N s/m"] * 2},
+}
+RIG = {
+    "accelerometers": {"ring": {"kind": "352C33", "rotor": "stage.ring", "range": "5 m/s^2"}},
+    "collector": {"sampling": "12.8 kHz", "bits": 24},
+}
+
+
+@pytest.mark.deep
+@pytest.mark.compiled
+def test_pin_off_its_place__is_told_from_an_eccentric_carrier_by_simulated_records() -> None:
+    case = gp.replace(CASE, HELD)
+    off = {"planetary.stage.pin_errors": [{"planet": 2, "tangential": "100 um"}]}
+    faster = {"planetary.stage.sun.drive.speed": "808 rpm"}
+    record = gp.measure(gp.replace(case, {**off, **faster}), RIG, duration=7.0, member=40, seed=77)
+    found = gp.diagnose(gp.Record((record.channels[-1],), "bench"), case=case, rig=RIG, members=2)
+    assert (found.hypotheses()[0]["name"], found.told) == ("uneven planets of stage", True)
+    (cause,) = [each for each in found.checks() if each["alike"]]
+    assert cause["name"] == "pin of a planet of stage off its place"
+    assert 60.0 < float(cause["level"].split()[1]) < 160.0
 
 
 @pytest.mark.slow

@@ -94,13 +94,15 @@ class Machine:
         return replace(self, bearings=(*self.bearings, *found))
 
     def mesh_lines(self, harmonics: int) -> list[float]:
-        """Return the orders at which harmonics of the meshes have lines, of planetary sets those that passing planets leave."""
+        """Return the orders at which harmonics of the meshes have lines, of planetary sets those of passing planets too."""
         return [o for mesh in self.meshes for h in range(1, harmonics + 1) for o in self.lines_of(mesh, h)]
 
     def lines_of(self, mesh: Mesh, h: int) -> list[float]:
         """Return the orders at which harmonic h of a mesh has lines."""
         own = self.set_of(mesh.gears[0])
-        return [h * mesh.order] if own is None else own.alike(h)
+        if own is None or h * own.teeth % own.planets == 0:
+            return [h * mesh.order] if own is None else own.alike(h)
+        return [h * mesh.order, *own.alike(h)]  # the first where planets are not alike
 
     def set_of(self, gear: int) -> PlanetarySet | None:
         """Return the planetary set that a gear belongs to, None for one with a shaft of its own."""
