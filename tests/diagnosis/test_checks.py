@@ -9,9 +9,11 @@ import pytest
 
 import gearplay as gp
 from gearplay.datasets.reading import load_dataset_plan
+from gearplay.diagnosis.checks import _weighed, revised
+from gearplay.diagnosis.hypotheses import Hypothesis
 from gearplay.diagnosis.machine import machine_of_case
-from gearplay.diagnosis.simulated_records import at_speed, length_of, loads_of
-from gearplay.diagnosis.suspects import suspects_of
+from gearplay.diagnosis.simulated_records import Simulated, at_speed, length_of, loads_of
+from gearplay.diagnosis.suspects import Suspect, suspects_of
 
 HOW_TO = Path(__file__).resolve().parents[2] / "docs" / "how-to"
 PAIR, RIG = HOW_TO / "rattling-pair.toml", HOW_TO / "rattling-rig.toml"
@@ -155,6 +157,20 @@ def test_a_broken_cage__agrees_when_it_is_simulated() -> None:
         taken(plan.case, {"faults": [fault]}, plan.rig), case=plan.case, rig=plan.rig, members=2
     )
     assert causes(found) == ["bearing of pinion, cage"]
+
+
+def test_a_cause_that_agrees_best_as_the_case__is_no_second_row() -> None:
+    """A crack whose records are the further off the deeper it is: the case alone is listed, and the hypothesis is not stated."""
+    crack = Suspect("crack of a tooth", "tooth", "damage", "depth", (1e-3,), ({},))
+    rows = [
+        [Simulated(0, {"level": level - 0.01}, ""), Simulated(1, {"level": level + 0.01}, "")]
+        for level in (0.0, 1.0)
+    ]
+    found = _weighed([crack], rows, 2, [{"level": 0.0}, {"level": -0.01}], None, [])
+    assert ([row.name for row in found.rows], found.absent) == (["the case as it is"], ("damage",))
+    assert "no simulated cause is needed" in found.conclusion
+    (first,) = revised([Hypothesis("damage", "tooth", (), 1.0, 0.9)], found)
+    assert first.confidence == 0.6
 
 
 @pytest.mark.compiled
