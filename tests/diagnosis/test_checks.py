@@ -9,9 +9,11 @@ import pytest
 
 import gearplay as gp
 from gearplay.datasets.reading import load_dataset_plan
+from gearplay.diagnosis.checks import _weighed, revised
+from gearplay.diagnosis.hypotheses import Hypothesis
 from gearplay.diagnosis.machine import machine_of_case
-from gearplay.diagnosis.simulated_records import at_speed, length_of, loads_of
-from gearplay.diagnosis.suspects import suspects_of
+from gearplay.diagnosis.simulated_records import Simulated, at_speed, length_of, loads_of
+from gearplay.diagnosis.suspects import Suspect, suspects_of
 
 HOW_TO = Path(__file__).resolve().parents[2] / "docs" / "how-to"
 PAIR, RIG = HOW_TO / "rattling-pair.toml", HOW_TO / "rattling-rig.toml"
@@ -157,6 +159,20 @@ def test_a_broken_cage__agrees_when_it_is_simulated() -> None:
     assert causes(found) == ["bearing of pinion, cage"]
 
 
+def test_a_cause_that_agrees_best_as_the_case__is_no_second_row() -> None:
+    """A crack whose records are the further off the deeper it is: the case alone is listed, and the hypothesis is not stated."""
+    crack = Suspect("crack of a tooth", "tooth", "damage", "depth", (1e-3,), ({},))
+    rows = [
+        [Simulated(0, {"level": level - 0.01}, ""), Simulated(1, {"level": level + 0.01}, "")]
+        for level in (0.0, 1.0)
+    ]
+    found = _weighed([crack], rows, 2, [{"level": 0.0}, {"level": -0.01}], None, [])
+    assert ([row.name for row in found.rows], found.absent) == (["the case as it is"], ("damage",))
+    assert "no simulated cause is needed" in found.conclusion
+    (first,) = revised([Hypothesis("damage", "tooth", (), 1.0, 0.9)], found)
+    assert first.confidence == 0.6
+
+
 @pytest.mark.compiled
 def test_quick__simulates_nothing() -> None:
     noise = gp.Channel("acc", np.random.default_rng(0).standard_normal(20_000), 10_000.0, "m/s^2")
@@ -191,13 +207,13 @@ def test_speed_of_a_planetary_set__is_that_of_its_driven_member() -> None:
     drives = [each.rotors["stage.sun"].drive.speed for each in (case, faster)]  # type: ignore[union-attr]
     assert drives[1] == pytest.approx(1.01 * drives[0])
     suspects, said = suspects_of(case, machine_of_case(case), [], {})
-    assert (suspects, said) == ([], [])
+    assert ([each.name for each in suspects], said) == (["worn flanks of stage", "worn pins of stage"], [])
 
 
 def test_bearings_of_a_case__have_their_lines() -> None:
     machine = machine_of_case(gp.load_case(load_dataset_plan("bearing-dents").case))
     (bearing,) = machine.bearings
-    assert (bearing.name, machine.shafts[bearing.shaft].name) == ("bearing of pinion", "pinion")
+    assert (bearing.name, bearing.rotor, bearing.order) == ("bearing of pinion", "pinion", 1.0)
     assert bearing.orders.bpfi == pytest.approx(5.415, abs=1e-3)
 
 
@@ -214,6 +230,9 @@ REFUSED: dict[str, tuple[str, dict[str, Any]]] = {
     "a rig and quick": ("must be given with a case", {"case": PAIR, "quick": True, "rig": {}}),
     "a rig elsewhere": ("must be a rotor", {"case": PAIR, "rig": {"accelerometers": {"a": {"rotor": "crank"}}}}),
     "one member": ("from 2 to 64", {"case": PAIR, "members": 1}),
+    "a file that is no rig": (r"rattling-pair.toml: rotors: unknown field", {"case": PAIR, "rig": PAIR}),
+    "a file that is no case": (r"rattling-rig.toml: collector: unknown field", {"case": RIG}),
+    "a rotor of another case": (r"rattling-rig.toml: accelerometers.wheel.rotor", {"case": "two-stage-reducer", "rig": RIG}),
     "no file of a rig": ("no such file", {"case": PAIR, "rig": "no-such.toml"}),
 }  # fmt: skip
 

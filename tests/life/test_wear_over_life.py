@@ -12,7 +12,7 @@ import xarray as xr
 import gearplay as gp
 from building import Document, Floats, merged
 from gearplay.cli.main import run
-from gearplay.life.bushes import ANGLES, bush_rates, clearance_of_wear, worn_sleeve
+from gearplay.life.bushes import ANGLES, bush_rates, clearance_of_wear, worn_sleeves
 from gearplay.life.flanks import HEIGHTS, SIDES, added_backlash, flank_rates, wearing_flanks
 from gearplay.model.case import Case
 from gearplay.parts.mesh.train import geometry
@@ -120,7 +120,7 @@ def test_bush__under_a_fixed_load_wears_by_archard() -> None:
     assert np.all(depths["bush"][below > math.radians(31.0)] < 1e-15)
     assert np.mean(depths["bush"]) == pytest.approx(1e-6, rel=1e-6)
     assert clearance_of_wear(depths) == pytest.approx(1e-6 + 0.5 * deepest, rel=1e-6)
-    changed = worn_sleeve(case, "two", depths)
+    changed = worn_sleeves(case, {"two": depths})
     assert changed["sleeves.two.radial_clearance"] == pytest.approx(21e-6 + 0.5 * deepest, rel=1e-6)
     assert changed["sleeves.two.offset"] == pytest.approx([0.0, -0.5 * deepest], abs=1e-12)
 
@@ -255,10 +255,107 @@ def test_rotor__must_be_one() -> None:
     assert found.ds.attrs["rotor"] == "two"
 
 
-def test_pins_of_a_planetary_set__are_refused() -> None:
-    wear = {"coefficient": K, "length": 0.01}
-    with pytest.raises(gp.InputError, match=r"planetary.stage.pin.wear.*planetary set"):
-        gp.wear(gp.replace("planetary-reducer", {"planetary.stage.pin.wear": wear}), turns=1.0)
+PINS = {"planetary.stage.pin.wear": {"coefficient": K, "length": 0.02, "arc": math.radians(60.0)}}
+
+
+def test_pin_of_a_planet__under_a_constant_load_wears_by_archard() -> None:
+    """200 N on the third pin in the direction of its motion: k F / L a turn off the bore, 2 pi k F / (arc L) off the pin.
+
+    The clearance grows by the bore's depth and half the pin's; the centre moves by half the pin's along the load.
+    """
+    case = gp.replace(
+        "planetary-reducer", {**PINS, "planetary.stage.pin_errors": [{"planet": 3, "radial": "5 um"}]}
+    )
+    # Three turns of the planet against the carrier.
+    carrier = 0.3 + 3.0 * 37.0 / 91.0 * 2.0 * math.pi * np.arange(21_600) / 21_600
+    planet = carrier * (1.0 - 91.0 / 37.0)  # rolls in the ring
+    away = carrier + 4.0 / 3.0 * math.pi + 0.5 * math.pi  # the pin pushes the planet forwards
+    motion = Motion(
+        case,
+        {
+            ("sleeve_force_x", "stage.planet3"): 200.0 * np.cos(away),
+            ("sleeve_force_y", "stage.planet3"): 200.0 * np.sin(away),
+            ("theta", "stage.planet3"): planet,
+            ("theta", "stage.carrier"): carrier,
+            ("omega", "stage.planet3"): np.full(carrier.size, 1.0 - 91.0 / 37.0),
+            ("omega", "stage.carrier"): np.ones(carrier.size),
+        },
+    )
+    turns = 1e6
+    time = (
+        turns * 2.0 * math.pi * 37.0 / 91.0
+    )  # turns of the planet on its pin, one of the carrier in 2 pi seconds
+    depths = {surface: time * rate for surface, rate in bush_rates(motion, "stage.planet3").items()}  # type: ignore[arg-type]
+    bore, pin = K * 200.0 / 0.02 * turns, 2.0 * math.pi / math.radians(60.0) * K * 200.0 / 0.02 * turns
+    np.testing.assert_allclose(depths["journal"], bore, rtol=1e-6)
+    assert np.max(depths["bush"]) == pytest.approx(pin, rel=1e-6)
+    off = {"stage.planet1": 0.0, "stage.planet2": 0.0, "stage.planet3": 1.0}
+    every = {
+        name: {surface: share * depth for surface, depth in depths.items()} for name, share in off.items()
+    }
+    changed = gp.replace(case, worn_sleeves(case, every))
+    errors = changed.planetary["stage"].pin_errors
+    assert [each.clearance for each in errors] == pytest.approx([0.0, 0.0, bore + 0.5 * pin], rel=1e-6)
+    assert (errors[2].radial, errors[2].tangential) == pytest.approx((5e-6, -0.5 * pin), rel=1e-6)
+    assert changed.sleeves["stage.planet3"].radial_clearance == pytest.approx(
+        10e-6 + bore + 0.5 * pin, rel=1e-6
+    )
+    assert changed.sleeves["stage.planet1"].radial_clearance == 10e-6
+    assert [each.tangential for each in errors[:2]] == [0.0, 0.0]
+
+
+def test_pins_of_planets__lose_the_coefficient_times_the_sliding_work() -> None:
+    """Archard: of each planet k times the mean of force times sliding speed, over 2 pi r L; the pin ahead of its place less."""
+    sun = {
+        "planetary.stage.sun.floating": False,
+        "planetary.stage.pin_errors": [{"planet": 2, "tangential": "20 um"}],
+    }
+    case = gp.replace("planetary-reducer", {**PINS, **sun, "run.duration": 0.25, "run.transient": 0.1})
+    found = gp.wear(case, turns=1e5, blocks=1)
+    result = gp.simulate(case)
+    time, names = 1e5 * 60.0 / 800.0, [f"stage.planet{k}" for k in (1, 2, 3)]
+    lost = []
+    for name in names:
+        force = np.hypot(*(result.signal(f"sleeve_force_{axis}", name) for axis in "xy"))
+        sliding = np.abs(result.signal("omega", name) - result.signal("omega", "stage.carrier"))
+        lost.append(K * np.mean(force * sliding) * time / (2.0 * math.pi * 0.02))
+    last = found.ds.isel(turns=-1)
+    assert [*last["sleeve"].values] == names
+    for surface in ("journal_depth", "bush_depth"):
+        np.testing.assert_allclose(last[surface].mean("direction"), lost, rtol=0.03)
+    assert lost[1] < 0.8 * min(lost[0], lost[2])
+    grown = [found.worn_case.sleeves[name].radial_clearance for name in names]
+    np.testing.assert_allclose(grown, last["radial_clearance"], rtol=1e-9)
+    assert found.worn_case.planetary["stage"].pin.radial_clearance == 10e-6
+    assert gp.simulate(found.worn_case, duration=0.01, transient=0.0).success
+
+
+def test_sleeve_of_a_sun__wears_in_its_table() -> None:
+    case = gp.replace("planetary-reducer", {"planetary.stage.sun.floating": False, "planetary.stage.sun.sleeve": {
+        "radial_clearance": "20 um", "stiffness": "2e10 N/m^1.5", "restitution": 0.8,
+        "wear": {"coefficient": K, "length": 0.02}}})  # fmt: skip
+    depths = {surface: np.full(len(ANGLES), 1e-6) for surface in ("journal", "bush")}
+    changed = gp.replace(case, worn_sleeves(case, {"stage.sun": depths}))
+    assert changed.sleeves["stage.sun"].radial_clearance == pytest.approx(22e-6, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"planetary.stage.pin": None, "planetary.stage.support": {"stiffness": [1e8, 1e8]}},
+            "must not be given without pin",
+        ),
+        (
+            {"planetary.stage.pin.radial_clearance": "99 mm"},
+            "at most 100 mm together with pin.radial_clearance",
+        ),
+    ],
+)
+def test_clearance_of_one_pin__that_cannot_be(changes: Document, words: str) -> None:
+    worn = {"planetary.stage.pin_errors": [{"planet": 1, "clearance": "2 mm"}]}
+    with pytest.raises(gp.InputError, match=rf"planetary.stage.pin_errors.0.clearance.*{words}"):
+        gp.replace("planetary-reducer", {**worn, **changes})
 
 
 def test_wear__on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

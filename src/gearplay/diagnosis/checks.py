@@ -50,6 +50,7 @@ class Check:
 class Checks:
     """Simulated causes, the best agreement first, with their features [decades], shape [feature], and sentences.
 
+    A cause that agrees best at severity 0, as the case, is no row; ``absent`` has the names of the hypotheses of such ones.
     ``record`` and ``spread`` are the features of the record, and the standard deviation over simulated members; ``doubts`` are
     questions that the simulations leave open.
     """
@@ -60,6 +61,7 @@ class Checks:
     spread: Floats | None = None
     doubts: tuple[str, ...] = ()
     conclusion: str = ""
+    absent: tuple[str, ...] = ()
 
     @property
     def told(self) -> Check | None:
@@ -136,7 +138,7 @@ def revised(every: Sequence[Hypothesis], checks: Checks) -> list[Hypothesis]:
         return list(every)
     alike = [row for row in checks.rows if row.result.alike]
     supported = set() if any(row.kind == "none" for row in alike) else {row.hypothesis for row in alike}
-    doubtful = {row.hypothesis for row in checks.rows} - supported
+    doubtful = {*(row.hypothesis for row in checks.rows), *checks.absent} - supported
     found = [replace(h, confidence=min(h.confidence, ALIKE)) if h.name in doubtful else h for h in every]
     return sorted(found, key=lambda h: -h.confidence)
 
@@ -212,12 +214,16 @@ def _weighed(
         (
             Check(s.name, s.kind, s.hypothesis, _level(s, d.place), d)
             for s, d in zip(kept, found, strict=True)
+            if s.name == AS_IT_IS or d.place > 0.0
         ),
         key=lambda row: (row.result.deviation, row.name),
     )
+    absent = tuple(s.hypothesis for s, d in zip(kept[1:], found[1:], strict=True) if d.place == 0.0)
     spread = np.sqrt(np.mean(np.concatenate([np.var(c, axis=1, ddof=1) for c in causes]), axis=0))
     conclusion, doubt = _conclusion(every)
-    return Checks(tuple(every), tuple(names), np.mean(record, axis=0), spread, (*said, *doubt), conclusion)
+    return Checks(
+        tuple(every), tuple(names), np.mean(record, axis=0), spread, (*said, *doubt), conclusion, absent
+    )
 
 
 def _level(suspect: Suspect, place: float) -> str:

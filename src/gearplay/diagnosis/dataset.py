@@ -11,9 +11,9 @@ import numpy as np
 
 from gearplay.diagnosis.checks import Checks
 from gearplay.diagnosis.doubts import doubts
-from gearplay.diagnosis.hypotheses import HEALTHY, TOLD, Hypothesis, gear_rows
+from gearplay.diagnosis.hypotheses import HEALTHY, TOLD, Hypothesis
 from gearplay.diagnosis.machine import Machine
-from gearplay.diagnosis.measures import Measures
+from gearplay.diagnosis.measures import GearMeasure, Measures
 from gearplay.diagnosis.named_lines import NamedLine
 from gearplay.diagnosis.result import texts
 from gearplay.diagnosis.shaft_speed import NO_LINE, FoundSpeed
@@ -56,8 +56,21 @@ def _indices(machine: Machine, result: Measures) -> dict[str, float]:
              "kurtosis of the most impulsive band, less that of noise": result.impulsive,
              "kurtosis of the mean mesh period": result.waveform}  # fmt: skip
     for k, gear in result.gears.items():
-        found |= {f"{name} of {machine.gears[k].name}": value for name, value in gear_rows(gear).items()}
+        found |= {f"{name} of {machine.gears[k].name}": value for name, value in _gear_rows(gear).items()}
+    for each, own in zip(machine.sets, result.sets, strict=False):
+        found |= {f"lines of {name} of {each.name}": value for name, value in own.rows().items()}
     return found
+
+
+def _gear_rows(gear: GearMeasure) -> dict[str, float]:
+    """Return the indices of a gear by name."""
+    own = gear.indicators
+    return {
+        "rms": own.rms, "kurtosis": own.kurtosis, "crest factor": own.crest_factor, "FM0": own.fm0, "FM4": own.fm4,
+        "M6A": own.m6a, "M8A": own.m8a, "NA4": own.na4, "NB4": own.nb4, "energy ratio": own.energy_ratio,
+        "sideband index": own.sideband_index, "sideband level factor": own.sideband_level_factor,
+        "tooth event": gear.event, "modulation": gear.modulation,
+    }  # fmt: skip
 
 
 def dataset_of(

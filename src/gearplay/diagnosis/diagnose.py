@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 
 from gearplay.diagnosis.checks import Checks, checked, revised
 from gearplay.diagnosis.dataset import dataset_of
 from gearplay.diagnosis.hypotheses import Hypothesis, ranked
-from gearplay.diagnosis.machine import Machine, Shaft, machine_of_case, machine_of_teeth
+from gearplay.diagnosis.machine import Machine, described
 from gearplay.diagnosis.measures import PARTS, Measures, measured
 from gearplay.diagnosis.named_lines import NamedLine, named_envelope, named_spectrum
 from gearplay.diagnosis.result import Diagnosis
@@ -27,11 +29,8 @@ from gearplay.signals.averaging import averaged_spectrum
 from gearplay.signals.checks import TWO_PI, check_channel
 from gearplay.signals.envelopes import envelope
 from gearplay.signals.resampling import resampled
-from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.errors import InputError, shorten
 from gearplay.vocabulary.progress import Progress
-
-if TYPE_CHECKING:
-    pass
 
 LEAST_SAMPLES: Final = 2048
 LEAST_TURNS: Final = 10
@@ -129,8 +128,9 @@ def diagnose(
 
     """
     chosen = _channel("record", record, channel)
-    built = None if case is None else case if isinstance(case, Case) else load_case(case)
-    machine = _machine(built, teeth, bearings)
+    with _of_file(case):
+        built = None if case is None else case if isinstance(case, Case) else load_case(case)
+    machine = described(built, teeth, bearings)
     instruments = _rig(rig, built, quick=quick)
     if members is not None and (built is None or quick):
         raise InputError.of(
@@ -195,26 +195,24 @@ def _rig(rig: Any, case: Case | None, *, quick: bool) -> Rig:
     """Return the rig of a record; `InputError` where there is nothing to simulate with it, or it does not fit."""
     if rig is not None and (case is None or quick):
         raise InputError.of("rig", "given", NOT_SIMULATED, "Give the case, without quick, or leave it out")
-    built = load_rig(rig)
-    if case is not None and not quick:
-        placements(built, case)
+    with _of_file(rig):
+        built = load_rig(rig)
+        if case is not None and not quick:
+            placements(built, case)
     return built
 
 
-def _machine(case: Case | None, teeth: str | None, bearings: str | Sequence[str]) -> Machine:
-    if case is not None and teeth is not None:
-        raise InputError.of("teeth", teeth, "must not be given with a case, which has them", "Leave one out")
-    given = (bearings,) if isinstance(bearings, str) else tuple(bearings)
-    if case is not None:
-        machine = machine_of_case(case)
-    elif teeth is not None:
-        machine = machine_of_teeth(teeth)
-    elif given:
-        machine = Machine((Shaft("shaft 1", 1.0),))
-    else:
-        rule = "must be described by a case, teeth or bearings"
-        raise InputError.of("machine", "nothing", rule, 'Give teeth "23:61" or a bearing "8, 7.9mm, 33.5mm"')
-    return machine.with_bearings(given)
+@contextmanager
+def _of_file(source: object) -> Iterator[None]:
+    """Name the file, of the case or the rig, in the faults of its fields; where it cannot be read it is named already."""
+    try:
+        yield
+    except InputError as error:
+        if not isinstance(source, (str, os.PathLike)):
+            raise
+        name = shorten(Path(source).name)
+        faults = [f if f.value == str(source) else f._replace(path=f"{name}: {f.path}") for f in error.faults]
+        raise InputError(faults) from None
 
 
 def _nominal(path: str, machine: Machine, speed: float | str | None) -> float:

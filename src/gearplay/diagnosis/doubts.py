@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 
 from gearplay.diagnosis.checks import Checks
 from gearplay.diagnosis.hypotheses import MODULATION, Hypothesis, look_alike, on_a_turn
 from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.measures import PARTS, Measures
+from gearplay.diagnosis.planetary_measures import APART, SetMeasure
+from gearplay.diagnosis.planetary_set import PlanetarySet
 from gearplay.diagnosis.separation import LEAST_TURNS
 from gearplay.diagnosis.shaft_speed import NO_LINE
 
@@ -46,12 +49,18 @@ def _speed(machine: Machine, found: Measures) -> list[str]:
 
 def _gears(machine: Machine, found: Measures) -> list[str]:
     said = []
-    planetary = [gear.name for gear in machine.gears if gear.shaft is None]
+    planetary = [
+        gear.name for k, gear in enumerate(machine.gears) if gear.shaft is None and machine.set_of(k) is None
+    ]
     if planetary:
         said.append(
-            f"Eccentricity cannot be told of {', '.join(planetary)}: a fixed sensor does not average over the turn of a gear of "
-            "a planetary set; gearplay.signals.planetary_average takes windows."
+            f"Eccentricity cannot be told of {', '.join(planetary)}: their planets are not evenly spaced, or neither sun nor "
+            "ring stands; gearplay.signals.planetary_average takes windows."
         )
+    for each, own in zip(machine.sets, found.sets, strict=False):
+        said += [
+            f"{words} of {each.name} cannot be told: {why}." for words, why in _unseen(machine, each, own)
+        ]
     seldom = [g.name for k, g in enumerate(machine.gears) if k not in found.gears and g.shaft is not None]
     if seldom and found.speed.known:
         said.append(
@@ -66,16 +75,50 @@ def _gears(machine: Machine, found: Measures) -> list[str]:
     return said
 
 
+def _unseen(machine: Machine, each: PlanetarySet, own: SetMeasure) -> Iterator[tuple[str, str]]:
+    """Yield what a record does not show of a planetary set, with the reason."""
+    long = (
+        f"their lines lie nearer than {APART:g} of the spectrum's to others; a longer record separates them"
+    )
+    for value, words in (
+        (own.uneven, "Uneven planets"),
+        (own.sun, "An eccentric sun"),
+        (own.planet, "Eccentric planets"),
+    ):
+        if math.isnan(value):
+            yield words, long
+    ring = machine.gears[each.gears[2]]
+    if math.isnan(own.ring):
+        stands = ring.teeth == each.teeth
+        few = f"the carrier turns less than {LEAST_TURNS + 1} times, or teeth pass faster than an eighth of the sampling rate"
+        yield "A damaged tooth of the ring", few if stands else "it turns past the sensor"
+
+
 def _first(machine: Machine, found: Measures, every: Sequence[Hypothesis]) -> list[str]:
     """Return the questions that the leading hypothesis leaves open."""
     first = every[0]
+    of_planet = first.kind in ("tooth", "eccentric") and any(
+        first.place == each.gears[1] for each in machine.sets
+    )
+    which = (
+        [f"Which planet it is cannot be told: {first.name}, of any of them, has the same lines."]
+        if of_planet
+        else []
+    )
+    if first.kind == "planets":
+        return [
+            "A pin that is worn or off its place, an eccentric carrier and a planet unlike the others put lines at the same "
+            "places: which it is, and of which planet, cannot be told."
+        ]
     if first.kind == "tooth":
         return [
-            "Crack, spall and chip of a tooth look alike in one record: which of them it is cannot be told."
+            *which,
+            "Crack, spall and chip of a tooth look alike in one record: which of them it is cannot be told.",
         ]
     if first.kind == "eccentric":
         return [
-            "Eccentricity, a bent shaft and a load that changes with the turn look alike: which it is cannot be told."
+            *which,
+            "Eccentricity, a bent shaft and a load that changes with the turn look alike: which it is cannot be told.",
         ]
     if first.kind == "rattle":
         return [
@@ -86,12 +129,18 @@ def _first(machine: Machine, found: Measures, every: Sequence[Hypothesis]) -> li
     on_turn = [
         f"The lines of {first.name} lie on multiples of a shaft's turn: other sources of these cannot be ruled out."
     ]
-    return (on_turn if on_a_turn(machine, found, first) else []) + [
-        (
-            f"BPFO is a multiple of FTF: {h.name}, cannot be ruled out."
-            if h.place == first.place and {h.kind, first.kind} == {"cage", "outer"}
-            else f"With slip, {h.name}, has a line at the place of {first.name}: it cannot be ruled out."
-        )
-        for h in every[1:]
-        if h.kind in PARTS and look_alike(machine, first, h)
-    ]
+    planets = ["Of which planet the bearing is cannot be told: all have the same lines."]
+    on_turn = on_turn if on_a_turn(machine, found, first) else []
+    return (
+        on_turn
+        + (planets if machine.bearings[first.place].carrier > 0.0 else [])
+        + [
+            (
+                f"BPFO is a multiple of FTF: {h.name}, cannot be ruled out."
+                if h.place == first.place and {h.kind, first.kind} == {"cage", "outer"}
+                else f"With slip, {h.name}, has a line at the place of {first.name}: it cannot be ruled out."
+            )
+            for h in every[1:]
+            if h.kind in PARTS and look_alike(machine, first, h)
+        ]
+    )

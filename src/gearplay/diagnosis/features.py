@@ -54,9 +54,9 @@ def _spectrum(channel: Channel, machine: Machine, speed: FoundSpeed, rms: float)
             values[f"band {k + 1}"] = 0.5 * math.log10(max(float(np.sum(inside)) / total, 1e-12))
     for mesh in machine.meshes if speed.known else ():
         for h in (1, 2, 3):
-            at = round(h * mesh.order * speed.frequency / df)
-            if 3 <= at < min(power.size - 3, TOP * channel.sampling / df):
-                line = float(np.sum(power[at - 2 : at + 3]))
+            every = [round(order * speed.frequency / df) for order in machine.lines_of(mesh, h)]
+            if all(3 <= at < min(power.size - 3, TOP * channel.sampling / df) for at in every):
+                line = sum(float(np.sum(power[at - 2 : at + 3])) for at in every)
                 values[f"{h} x {mesh.name}"] = 0.5 * math.log10(max(line / total, 1e-12))
     return values
 
@@ -82,6 +82,8 @@ def _indices(machine: Machine, found: Measures) -> dict[str, float]:
         values[f"{part} of {machine.bearings[k].name}"] = math.log10(1.0 + comb.height)
     for k, comb in found.events.items():
         values[f"events of {machine.gears[k].name}"] = math.log10(1.0 + comb.height)
+    for each, own in zip(machine.sets, found.sets, strict=False):
+        values |= {f"{name} of {each.name}": math.log10(0.01 + value) for name, value in own.rows().items()}
     return values
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from gearplay.diagnosis.machine import Machine
-from gearplay.diagnosis.measures import PARTS, SLIP, GearMeasure, Measures
+from gearplay.diagnosis.measures import PARTS, SLIP, Measures
 
 HEALTHY: Final = "no damage that this record shows"
 RATTLE: Final = "rattle of the flanks"
@@ -24,6 +24,10 @@ WAVEFORM: Final = 7.0
 """Kurtosis of the mean mesh period, from which impacts of the flanks count."""
 LEAST_REST: Final = 1e-4
 """Least share of what repeats with no shaft in the mean square, in which rattle is sought: below it is left of the averages."""
+UNEVEN: Final = 0.15
+"""Lines of a planetary set that even planets do not have over those that they have, from which they count."""
+RING: Final = 2.2
+"""Event of a tooth of a standing ring over the teeth beside it, from which it counts."""
 WORSE: Final = 1.6
 """Factor over the healthy record, from which a measure counts."""
 MOST: Final = 1.5
@@ -91,6 +95,7 @@ def ranked(machine: Machine, found: Measures, healthy: Measures | None) -> list[
     every = [
         *_teeth(machine, found, healthy),
         *_eccentric(machine, found, healthy),
+        *_planets(machine, found, healthy),
         *_bearings(machine, found, healthy),
         *_rattle(machine, found, healthy),
     ]
@@ -151,6 +156,28 @@ def _eccentric(machine: Machine, found: Measures, healthy: Measures | None) -> l
         hypotheses.append(
             Hypothesis(f"eccentric {machine.gears[k].name}", "eccentric", (sides,), strength, place=k)
         )
+    return hypotheses
+
+
+def _planets(machine: Machine, found: Measures, healthy: Measures | None) -> list[Hypothesis]:
+    """Return the hypotheses of planetary sets: uneven planets, an eccentric sun or planet, a tooth of the standing ring."""
+    hypotheses = []
+    for k, own in enumerate(found.sets):
+        each, before = machine.sets[k], healthy.sets[k] if healthy is not None and healthy.sets else None
+        sun, planet, ring = each.gears
+        lines = f"lines of {each.name} over those that even planets have"
+        for measure, name, kind, place, words in (
+            ("uneven", f"uneven planets of {each.name}", "planets", k, f"{lines}: between these, at the carrier's turns"),
+            ("sun", f"eccentric {each.name}.sun", "eccentric", sun, f"{lines}: at the sun's turns against the carrier"),
+            ("planet", f"eccentric {each.name}.planet", "eccentric", planet, f"{lines}: at a planet's turns against the carrier"),
+            ("ring", f"damaged tooth on {each.name}.ring", "tooth", ring, "event of each planet at one tooth, over those beside"),
+        ):  # fmt: skip
+            value, tooth = getattr(own, measure), measure == "ring"
+            if not math.isnan(value):
+                limit = _threshold(RING if tooth else UNEVEN, before, measure, least=0.8 if tooth else 0.5)
+                evidence = Evidence(words, value, limit)
+                strength = min(MOST, (1.0 if tooth else 2.0) * evidence.strength)
+                hypotheses.append(Hypothesis(name, kind, (evidence,), strength, place=place))
     return hypotheses
 
 
@@ -225,13 +252,23 @@ def look_alike(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
     if _holds_lines_of(one, other) or _holds_lines_of(other, one):
         return True
     first, second = (_strongest_line(machine, each) for each in (one, other))
+    if not {one.kind, other.kind} & {*PARTS}:  # teeth do not slip
+        return any(abs(k * second / first - 1.0) < 1e-3 for h in (1.0, 2.0, 3.0, 4.0) for k in (h, 1.0 / h))
     return any(abs(k * second / first - 1.0) < 1.25 * SLIP for k in (0.5, 1.0, 2.0))
 
 
+def has_lines(machine: Machine, h: Hypothesis) -> bool:
+    """Return whether the evidence is a comb of envelope lines: of a part of a bearing, or a tooth of a planetary set."""
+    if h.kind != "tooth" or machine.gears[h.place].shaft is not None:
+        return h.kind in PARTS
+    own = machine.set_of(h.place)
+    return own is None or h.place != own.gears[2]
+
+
 def _has_twin(machine: Machine, one: Hypothesis, every: list[Hypothesis]) -> bool:
-    """Return whether another part of a bearing explains the same lines nearly as well."""
-    parts = [h for h in every if h.kind in PARTS and h is not one] if one.kind in PARTS else []
-    return any(h.strength > max(0.0, one.strength - TWIN) and look_alike(machine, one, h) for h in parts)
+    """Return whether another part of a bearing, or tooth of a planetary set, explains the same lines nearly as well."""
+    others = [h for h in every if has_lines(machine, h) and h is not one] if has_lines(machine, one) else []
+    return any(h.strength > max(0.0, one.strength - TWIN) and look_alike(machine, one, h) for h in others)
 
 
 def on_a_turn(machine: Machine, found: Measures, h: Hypothesis) -> bool:
@@ -245,7 +282,9 @@ def on_a_turn(machine: Machine, found: Measures, h: Hypothesis) -> bool:
 
 
 def _strongest_line(machine: Machine, h: Hypothesis) -> float:
-    """Return the order of the strongest envelope line of a part of a bearing."""
+    """Return the order of the strongest envelope line of a part of a bearing, or of a tooth of a planetary set."""
+    if h.kind not in PARTS:
+        return machine.gears[h.place].order
     bearing = machine.bearings[h.place]
     order, times = {
         "outer": ("bpfo", 1.0),
@@ -253,15 +292,4 @@ def _strongest_line(machine: Machine, h: Hypothesis) -> float:
         "element": ("bsf", 2.0),
         "cage": ("ftf", 1.0),
     }[h.kind]
-    return times * machine.shafts[bearing.shaft].order * float(getattr(bearing.orders, order))
-
-
-def gear_rows(gear: GearMeasure) -> dict[str, float]:
-    """Return the indices of a gear by name."""
-    own = gear.indicators
-    return {
-        "rms": own.rms, "kurtosis": own.kurtosis, "crest factor": own.crest_factor, "FM0": own.fm0, "FM4": own.fm4,
-        "M6A": own.m6a, "M8A": own.m8a, "NA4": own.na4, "NB4": own.nb4, "energy ratio": own.energy_ratio,
-        "sideband index": own.sideband_index, "sideband level factor": own.sideband_level_factor,
-        "tooth event": gear.event, "modulation": gear.modulation,
-    }  # fmt: skip
+    return times * bearing.order * float(getattr(bearing.orders, order))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from gearplay.diagnosis.planetary_set import PlanetarySet
 from gearplay.signals.bearing_lines import BearingOrders, bearing_orders
 from gearplay.vocabulary.errors import InputError
 
@@ -53,12 +54,18 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Bearing:
-    """A rolling bearing, the outer ring standing, on a shaft; ``rotor`` is its table in a case, empty without one."""
+    """A rolling bearing whose rings turn ``order`` times against each other in one turn of the first shaft.
+
+    ``turning`` is the ring that turns under the load, "inner" or "outer"; ``orders`` has the cage relative to the other one.
+    ``carrier`` is the order with which a carrier moves it past the sensor, 0 on the ground; ``rotor`` its table in a case.
+    """
 
     name: str
-    shaft: int
+    order: float
     orders: BearingOrders
     rotor: str = ""
+    turning: str = "inner"
+    carrier: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -72,6 +79,7 @@ class Machine:
     gears: tuple[Gear, ...] = ()
     meshes: tuple[Mesh, ...] = ()
     bearings: tuple[Bearing, ...] = ()
+    sets: tuple[PlanetarySet, ...] = ()
     others: dict[str, float] = field(default_factory=dict)
     speed: float | None = None
 
@@ -80,9 +88,25 @@ class Machine:
         if len(texts) > MOST:
             raise InputError.of("bearings", len(texts), f"must be at most {MOST}", "Name fewer")
         found = [
-            bearing_of(text, k, len(self.shafts), alone=len(texts) == 1) for k, text in enumerate(texts, 1)
+            bearing_of(text, k, [shaft.order for shaft in self.shafts], alone=len(texts) == 1)
+            for k, text in enumerate(texts, 1)
         ]
         return replace(self, bearings=(*self.bearings, *found))
+
+    def mesh_lines(self, harmonics: int) -> list[float]:
+        """Return the orders at which harmonics of the meshes have lines, of planetary sets those of passing planets too."""
+        return [o for mesh in self.meshes for h in range(1, harmonics + 1) for o in self.lines_of(mesh, h)]
+
+    def lines_of(self, mesh: Mesh, h: int) -> list[float]:
+        """Return the orders at which harmonic h of a mesh has lines."""
+        own = self.set_of(mesh.gears[0])
+        if own is None or h * own.teeth % own.planets == 0:
+            return [h * mesh.order] if own is None else own.alike(h)
+        return [h * mesh.order, *own.alike(h)]  # the first where planets are not alike
+
+    def set_of(self, gear: int) -> PlanetarySet | None:
+        """Return the planetary set that a gear belongs to, None for one with a shaft of its own."""
+        return next((each for each in self.sets if gear in each.gears), None)
 
     def hunting(self, mesh: Mesh) -> float:
         """Return the order at which the same two teeth of a mesh meet."""
@@ -116,10 +140,10 @@ def machine_of_teeth(text: str) -> Machine:
     return Machine(tuple(shafts), tuple(gears), tuple(meshes))
 
 
-def bearing_of(text: str, number: int, shafts: int, *, alone: bool = True) -> Bearing:
-    """Return a bearing given as ``elements, diameter, pitch diameter[, contact angle][@shaft]``.
+def bearing_of(text: str, number: int, turns: Sequence[float], *, alone: bool = True) -> Bearing:
+    """Return a bearing given as ``elements, diameter, pitch diameter[, contact angle][@shaft]``; ``turns`` are orders of shafts.
 
-    >>> round(bearing_of("8, 7.9mm, 33.5mm", 1, 1).orders.bpfi, 9)
+    >>> round(bearing_of("8, 7.9mm, 33.5mm", 1, [1.0]).orders.bpfi, 9)
     4.943283582
     """
     from gearplay.schema.units import UnitError, parse_quantity
@@ -130,10 +154,10 @@ def bearing_of(text: str, number: int, shafts: int, *, alone: bool = True) -> Be
     if not 3 <= len(parts) <= 4 or not re.fullmatch(r"[0-9]{1,4}", parts[0]):
         raise InputError.of("bearings", text, "must be a bearing's geometry", BEARING)
     shaft = place.strip() if at else "1"
-    if not re.fullmatch(r"[0-9]{1,2}", shaft) or not 1 <= int(shaft) <= shafts:
+    if not re.fullmatch(r"[0-9]{1,2}", shaft) or not 1 <= int(shaft) <= len(turns):
         rule = (
-            f"must sit on a shaft that there is, 1 to {shafts}"
-            if shafts > 1
+            f"must sit on a shaft that there is, 1 to {len(turns)}"
+            if len(turns) > 1
             else "must sit on shaft 1, the only one"
         )
         raise InputError.of("bearings", text, rule, BEARING)
@@ -148,13 +172,13 @@ def bearing_of(text: str, number: int, shafts: int, *, alone: bool = True) -> Be
         fault = error.faults[0]
         raise InputError.of("bearings", text, f"{fault.path} {fault.rule}", fault.cure) from None
     name = "bearing" if alone else f"bearing {number}"
-    return Bearing(name, int(shaft) - 1, orders)
+    return Bearing(name, turns[int(shaft) - 1], orders)
 
 
 def machine_of_case(case: Case) -> Machine:
     """Return the machine of a case at its nominal speeds; the first shaft is that of the first mesh's driver.
 
-    Its rolling bearings are those whose outer ring stands.
+    Its rolling bearings are those whose outer ring stands, and one for the planets of each set.
 
     Raises `InputError` for a case without a mesh, or one whose gears stand.
     """
@@ -191,6 +215,7 @@ def machine_of_case(case: Case) -> Machine:
         both = tuple(list(gears).index(name) for name in found.rotations)
         meshes.append(Mesh(f"mesh {case.meshes[j].label}", found.mesh / speed, both))
     others: dict[str, float] = {}
+    sets: list[PlanetarySet] = []
     for name, table in case.planetary.items():
         found_set, count = set_frequencies(case, name), len(gears)
         if found_set.mesh == 0.0:
@@ -200,13 +225,52 @@ def machine_of_case(case: Case) -> Machine:
         for member, (teeth, f) in members.items():
             gears[f"{name}.{member}"] = Gear(f"{name}.{member}", teeth, f / speed, None)
         meshes.append(Mesh(f"mesh {name}", found_set.mesh / speed, (count, count + 1, count + 2)))
+        periods = found_set.mesh / found_set.carrier if found_set.carrier > 0.0 else 0.0
+        if table.planets.angles is None and periods > 0.0 and abs(periods - round(periods)) < 1e-6:
+            sets.append(
+                PlanetarySet(
+                    name, table.planets.count, round(periods), found_set.carrier / speed,
+                    found_set.mesh / table.sun.teeth / speed, found_set.planet / speed, (count, count + 1, count + 2),
+                    turning.index(f"{name}.carrier"),
+                )
+            )  # fmt: skip
         others |= {f"{word} of {name}": f / speed for word, f in found_set.orders().items()
                    if word.startswith(("carrier", "mesh "))}  # fmt: skip
-    bearings = tuple(
+    bearings = [
         Bearing(
-            f"bearing of {name}", turning.index(name), BearingOrders(o.cage, o.outer, o.inner, o.spin), name
+            f"bearing of {name}",
+            shafts[turning.index(name)].order,
+            BearingOrders(o.cage, o.outer, o.inner, o.spin),
+            name,
         )
         for name, each in case.bearings.items()
         if name in turning and each.on is None and each.rotor_ring == "inner" and (o := each.orders)
-    )
-    return Machine(shafts, tuple(gears.values()), tuple(meshes), bearings, others, speed)
+    ]
+    for each in sets:
+        pin = case.bearings.get(f"{each.name}.planet1")
+        if pin is not None:
+            o, ring = pin.orders, pin.rotor_ring
+            cage = o.cage if ring == "inner" else 1.0 - o.cage
+            planet = gears[f"{each.name}.planet"].order
+            bearings.append(
+                Bearing(f"bearing of a planet of {each.name}", planet, BearingOrders(cage, o.outer, o.inner, o.spin),
+                        f"{each.name}.planet1", ring, each.carrier)
+            )  # fmt: skip
+    return Machine(shafts, tuple(gears.values()), tuple(meshes), tuple(bearings), tuple(sets), others, speed)
+
+
+def described(case: Case | None, teeth: str | None, bearings: str | Sequence[str]) -> Machine:
+    """Return the machine of a case, of teeth or of bearings alone; `InputError` without any, or with teeth and a case."""
+    if case is not None and teeth is not None:
+        raise InputError.of("teeth", teeth, "must not be given with a case, which has them", "Leave one out")
+    given = (bearings,) if isinstance(bearings, str) else tuple(bearings)
+    if case is not None:
+        machine = machine_of_case(case)
+    elif teeth is not None:
+        machine = machine_of_teeth(teeth)
+    elif given:
+        machine = Machine((Shaft("shaft 1", 1.0),))
+    else:
+        rule = "must be described by a case, teeth or bearings"
+        raise InputError.of("machine", "nothing", rule, 'Give teeth "23:61" or a bearing "8, 7.9mm, 33.5mm"')
+    return machine.with_bearings(given)

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from gearplay.diagnosis.envelope_combs import BandEnvelope, Comb, band_envelopes, best_comb
 from gearplay.diagnosis.machine import Bearing, Gear, Machine
+from gearplay.diagnosis.planetary_measures import SetMeasure, set_measure, tooth_pattern
 from gearplay.diagnosis.separation import Separation, ShaftAverage, separated
 from gearplay.diagnosis.shaft_speed import FoundSpeed
 from gearplay.files.record import Channel
+from gearplay.results.spectra import amplitude_spectrum
 from gearplay.signals.envelopes import envelope
 from gearplay.signals.indicators import GearIndicators, gear_indicators, split_average
 from gearplay.signals.statistics import SignalStatistics, signal_statistics
@@ -53,9 +55,9 @@ class Measures:
     """Measures of one record: statistics, gears by index, bearings' parts by (bearing, part), combs of the random residual.
 
     ``mesh`` has for each mesh the comb of the envelope of ``rest``, what repeats with no shaft; ``events`` that of the gears of
-    planetary sets, whose turns are not averaged. ``impulsive`` is the kurtosis of the most impulsive ``band`` [Hz] of the rest,
-    less that of noise, in the quarter of the record where it is least; ``waveform`` that of the mean mesh period; ``rest_share``
-    the part of the rest in the mean square.
+    planetary sets, whose turns are not averaged; ``sets`` further measures of the sets. ``impulsive`` is the kurtosis of the most
+    impulsive ``band`` [Hz] of the rest, less that of noise, in the quarter of the record where it is least; ``waveform`` that of
+    the mean mesh period; ``rest_share`` the part of the rest in the mean square.
     """
 
     speed: FoundSpeed
@@ -64,6 +66,7 @@ class Measures:
     bearings: dict[tuple[int, str], Comb]
     mesh: tuple[Comb, ...]
     events: dict[int, Comb]
+    sets: tuple[SetMeasure, ...]
     impulsive: float
     band: tuple[float, float]
     waveform: float
@@ -85,20 +88,18 @@ def measured(
         if (found := _gear(gear, parts, earlier.get(k))) is not None
     }
     fastest = max((each.order for each in machine.shafts), default=1.0) * f
-    bearings = {(k, part): f * machine.shafts[b.shaft].order * getattr(b.orders, name)
+    bearings = {(k, part): f * b.order * getattr(b.orders, name)
                 for k, b in enumerate(machine.bearings)
                 for part, name in (("outer", "bpfo"), ("inner", "bpfi"), ("element", "bsf"), ("cage", "ftf"))}  # fmt: skip
     bands = band_envelopes(parts.rest, 8.0 * max([fastest, *(0.6 * each for each in bearings.values())]))
-    planetary = [
-        k for k, gear in enumerate(machine.gears) if gear.shaft is None and not gear.name.endswith(".ring")
-    ]
+    events = _tooth_events(machine, bands, f)
     # A shaft whose own turn stands in the envelope of the rest, by gears or a load, has its multiples there too.
     turning = [each for each in machine.shafts if speed.known and _stands(bands, each.order * f)]
-    taken = np.array([k * each.order * f for each in turning for k in range(1, 11)])
+    taken = np.array(
+        [k * each.order * f for each in turning for k in range(1, 11)] + _lines_of(machine, events, f)
+    )
     combs = {
-        key: best_comb(
-            bands, line, _pattern(machine, machine.bearings[key[0]], key[1], f), search=SLIP, without=taken
-        )
+        key: best_comb(bands, line, _pattern(machine.bearings[key[0]], key[1], f), search=SLIP, without=taken)
         for key, line in bearings.items()
     }
     loudest = max(bands, key=lambda band: band.kurtosis, default=None)
@@ -110,7 +111,8 @@ def measured(
         gears,
         combs,
         tuple(_fixed_comb(bands, each.order * f, (1.0, 2.0, 3.0)) for each in machine.meshes),
-        {k: _fixed_comb(bands, machine.gears[k].order * f, (1.0, 2.0, 3.0, 4.0)) for k in planetary},
+        events,
+        _of_sets(channel, machine, f, parts) if speed.known else (),
         _shocks(parts.rest, band),
         band,
         _waveform(machine, parts),
@@ -140,10 +142,50 @@ def _stands(bands: list[BandEnvelope], frequency: float) -> bool:
     return comb.height > 1.0
 
 
-def _pattern(machine: Machine, bearing: Bearing, part: str, f: float) -> list[tuple[float, float]]:
-    """Return the lines of a defect: multiples of its frequency, and modulation by shaft or cage as offsets [Hz]."""
-    turn = machine.shafts[bearing.shaft].order * f
-    if part == "inner":  # the load zone is passed once a turn
+def _tooth_events(machine: Machine, bands: list[BandEnvelope], f: float) -> dict[int, Comb]:
+    """Return the combs of one tooth's contacts of the planetary sets' gears, but of rings that stand.
+
+    One multiple alone decides nothing: an eccentric gear has the first one, and with slip a line of a bearing may lie at another.
+    """
+    found = {}
+    for k, gear in enumerate(machine.gears):
+        own = machine.set_of(k)
+        if gear.shaft is not None or (own is not None and k == own.gears[2]):
+            continue
+        plain = [(float(h), 0.0) for h in (1, 2, 3, 4)]
+        pattern = plain if own is None else tooth_pattern(own, k, f, harmonics=4)
+        found[k] = best_comb(bands, gear.order * f, pattern, balanced=True)
+    return found
+
+
+def _lines_of(machine: Machine, events: dict[int, Comb], f: float) -> list[float]:
+    """Return the lines [Hz] of teeth of planetary sets whose events stand in the envelope."""
+    found = []
+    for k, comb in events.items():
+        own, order = machine.set_of(k), machine.gears[k].order
+        if own is not None and comb.height > 1.0:
+            found += [h * order * f + offset for h, offset in tooth_pattern(own, k, f, harmonics=20)]
+    return found
+
+
+def _of_sets(channel: Channel, machine: Machine, f: float, parts: Separation) -> tuple[SetMeasure, ...]:
+    """Return the measures of the planetary sets."""
+    if not machine.sets:
+        return ()
+    spectrum = amplitude_spectrum(channel.values, channel.sampling)
+    standing = [machine.gears[each.gears[2]].teeth == each.teeth for each in machine.sets]
+    return tuple(
+        set_measure(each, spectrum, f, parts.of(each.shaft) if ring else None)
+        for each, ring in zip(machine.sets, standing, strict=True)
+    )
+
+
+def _pattern(bearing: Bearing, part: str, f: float) -> list[tuple[float, float]]:
+    """Return the lines of a defect: multiples of its frequency, and modulation by shaft, cage or carrier as offsets [Hz]."""
+    turn, carrier = bearing.order * f, bearing.carrier * f
+    if carrier > 0.0 and part not in ("element", bearing.turning):
+        return [(h, offset) for h in (1.0, 2.0, 3.0) for offset in (0.0, -carrier, carrier)]
+    if part == bearing.turning:  # the load zone is passed once a turn
         return [(1.0, 0.0), (2.0, 0.0), (1.0, -turn), (1.0, turn), (2.0, -turn), (2.0, turn)]
     if part == "element":  # it meets both rings, its load changes with the cage
         cage = turn * bearing.orders.ftf

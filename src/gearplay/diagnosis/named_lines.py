@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -51,22 +52,37 @@ def spectrum_names(machine: Machine, f: float) -> dict[str, float]:
         for h in (1, 2):
             found[_times(h, f"turn of {shaft.name}")] = h * shaft.order * f
     found |= {name: order * f for name, order in machine.others.items()}
-    return found
+    return found | _planet_lines(machine, f, (1, 2, 3))
+
+
+def _planet_lines(machine: Machine, f: float, harmonics: Sequence[int]) -> dict[str, float]:
+    """Return the lines of planetary sets that passing planets leave [Hz], but the mesh and those at the carrier passing."""
+    return {
+        _sideband(each.name, h, n): order * f
+        for each in machine.sets
+        for h in harmonics
+        for order in each.alike(h)
+        if (n := round(order / each.carrier) - h * each.teeth) not in (0, each.planets, -each.planets)
+    }
+
+
+def _sideband(name: str, h: int, n: int) -> str:
+    return f"{_times(h, f'mesh {name}')} {'+' if n > 0 else '-'} {_times(abs(n), f'carrier of {name}')}"
 
 
 def envelope_names(machine: Machine, f: float) -> dict[str, float]:
     """Return the lines of interest of an envelope spectrum [Hz]: bearings with multiples and modulation, shafts, meshes."""
     found: dict[str, float] = {}
     for bearing in machine.bearings:
-        turn = machine.shafts[bearing.shaft].order * f
+        turn, ring = bearing.order * f, "BPFI" if bearing.turning == "inner" else "BPFO"
         suffix = f" of {bearing.name}" if len(machine.bearings) > 1 else ""
         lines = bearing.orders.frequencies(turn)
         for name in ("BPFO", "BPFI", "BSF", "FTF"):
             for h in (1, 2, 3, 4):
                 found[_times(h, name) + suffix] = h * lines[name]
         for h in (1, 2, 3, 4):
-            found[f"{_times(h, 'BPFI')} - turn{suffix}"] = h * lines["BPFI"] - turn
-            found[f"{_times(h, 'BPFI')} + turn{suffix}"] = h * lines["BPFI"] + turn
+            found[f"{_times(h, ring)} - turn{suffix}"] = h * lines[ring] - turn
+            found[f"{_times(h, ring)} + turn{suffix}"] = h * lines[ring] + turn
         found[f"2 x BSF - FTF{suffix}"] = 2.0 * lines["BSF"] - lines["FTF"]
         found[f"2 x BSF + FTF{suffix}"] = 2.0 * lines["BSF"] + lines["FTF"]
     for shaft in machine.shafts:
@@ -95,6 +111,13 @@ def _more_names(machine: Machine, f: float) -> dict[str, float]:
                     gear = machine.gears[k]
                     found[f"{_times(h, mesh.name)} - {_times(m, gear.name)}"] = at - m * gear.order * f
                     found[f"{_times(h, mesh.name)} + {_times(m, gear.name)}"] = at + m * gear.order * f
+    for each in machine.sets:
+        near = [n for n in range(-2 * each.planets, 2 * each.planets + 1) if n]
+        found |= {
+            _sideband(each.name, h, n): each.carrier * (h * each.teeth + n) * f
+            for h in range(1, 9)
+            for n in near
+        }
     for shaft in machine.shafts:
         found |= {_times(h, f"turn of {shaft.name}"): h * shaft.order * f for h in range(1, 11)}
     return found

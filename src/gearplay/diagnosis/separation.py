@@ -1,7 +1,8 @@
-"""Separation of a record into averages synchronous with each shaft and a random residual."""
+"""Separation of a record into averages synchronous with each shaft, sidebands of planetary sets, and a random residual."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.diagnosis.machine import Machine
+from gearplay.diagnosis.planetary_set import PlanetarySet
 from gearplay.files.record import Channel
 from gearplay.signals.checks import TWO_PI
 from gearplay.signals.resampling import resampled
@@ -17,6 +19,8 @@ Floats = NDArray[np.float64]
 
 LEAST_TURNS: Final = 8
 """Turns of a shaft from which an average separates it from the others."""
+SIDEBANDS: Final = 8
+"""Mesh harmonics of planetary sets whose sidebands are taken from the rest."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,10 @@ class ShaftAverage:
 
 @dataclass(frozen=True)
 class Separation:
-    """Averages of the shafts that turn often enough, fastest first, and the ``rest`` that repeats with none."""
+    """Averages of the shafts that turn often enough, fastest first, and the ``rest`` that repeats with none.
+
+    From the rest sidebands of planetary sets at the turns of sun and planets against the carrier are taken, too.
+    """
 
     shafts: tuple[ShaftAverage, ...]
     rest: Channel
@@ -73,7 +80,42 @@ def separated(channel: Channel, machine: Machine, speed: float) -> Separation:
         )  # fmt: skip
         rest = Channel(channel.name, rest.values - _repeated(alone, frequency, channel), channel.sampling,
                        channel.unit, channel.start)  # fmt: skip
+    for each in machine.sets:
+        if speed * each.carrier * channel.duration >= LEAST_TURNS + 1:
+            rest = _without_sidebands(rest, each, speed)
     return Separation(tuple(found), rest)
+
+
+def _without_sidebands(channel: Channel, each: PlanetarySet, speed: float) -> Channel:
+    """Return a signal without the sidebands of a set's mesh harmonics at the turns of sun and planets against the carrier.
+
+    No average over the turns of a shaft holds these. The lines around each harmonic are fitted to the spectrum by least squares.
+    """
+    n = channel.size
+    transform = np.fft.rfft(channel.values)
+    turn = each.carrier * speed * channel.duration  # in lines of the spectrum, as all below
+    shifts = [k * member / each.carrier for member in (each.sun, each.planet) for k in (-2, -1, 1, 2)]
+    lines = turn * np.array(
+        [m + shift for shift in shifts for m in range(-2 * each.planets, 2 * each.planets + 1)]
+    )
+    reach = 1.2 * float(np.max(lines))
+    for h in range(1, SIDEBANDS + 1):
+        middle = h * each.teeth * turn
+        if middle + 2.0 * reach > 0.5 * n:
+            break
+        wide = np.arange(max(1, math.ceil(middle - 2.0 * reach)), math.floor(middle + 2.0 * reach))
+        shapes = _line_shapes(wide, middle + lines, n)
+        near = np.abs(wide - middle) < reach
+        fitted = np.linalg.lstsq(shapes[near], transform[wide[near]], rcond=1e-3)[0]
+        transform[wide] -= shapes @ fitted
+    return Channel(channel.name, np.fft.irfft(transform, n), channel.sampling, channel.unit, channel.start)
+
+
+def _line_shapes(at: NDArray[np.int64], lines: Floats, n: int) -> NDArray[np.complex128]:
+    """Return the discrete Fourier transform of exp(2 pi i line k / n), k = 0 ... n - 1, over n, shape [at, line]."""
+    off = lines[None, :] - at[:, None]
+    # The geometric sum for n much greater than off.
+    return np.asarray(np.sinc(off) * np.exp(1j * np.pi * off * (1.0 - 1.0 / n)))
 
 
 def _turns(channel: Channel, frequency: float) -> Floats:

@@ -63,7 +63,7 @@ def found_speed(spectrum: Spectrum, machine: Machine, nominal: float) -> FoundSp
     """
     resolution = spectrum.resolution
     top = float(spectrum.frequency[-1]) / (1.0 + SEARCH) - 4.0 * resolution
-    mesh = [k * each.order for each in machine.meshes for k in range(1, HARMONICS + 1)]
+    mesh = machine.mesh_lines(HARMONICS)
     shaft = [k * each.order for each in machine.shafts for k in range(1, TURNS + 1)]
     for source, own, more in (("mesh", mesh, shaft[:2]), ("shaft", shaft, [])):
         low = 3.0 * resolution / (1.0 - SEARCH)

@@ -16,6 +16,7 @@ from gearplay.model.reading import replace
 from gearplay.parts.bearing.faults import touching
 from gearplay.parts.mesh.faults import SINGLE_TEETH, SpallFault
 from gearplay.parts.mesh.train.geometry import full_name, gear_of, pair_of, working_backlash
+from gearplay.parts.planetary.members import PinError
 from gearplay.vocabulary.errors import InputError
 
 AS_IT_IS: Final = "the case as it is"
@@ -87,29 +88,38 @@ def _faults(case: Case, machine: Machine, h: Hypothesis, loads: Mapping[str, flo
         levels = [{"faults": [*before, {"kind": kind, **fixed, field: size}]} for size in sizes]
         return Suspect(name, h.kind, h.name, quantity, tuple(sizes), tuple(levels))
 
-    if h.kind in ("tooth", "eccentric"):
-        gear = machine.gears[h.place]
-        meshes = [
-            m for m in case.meshes if gear.name in (full_name(case, m.driver), full_name(case, m.driven))
-        ]
+    if h.kind == "planets":
+        yield from _uneven(case, machine.sets[h.place].name, h)
+    elif h.kind in ("tooth", "eccentric"):
+        own, at = machine.set_of(h.place), machine.gears[h.place].name
+        if own is not None and h.place == own.gears[1]:
+            at += "1"  # all planets have the same lines
+        meshes = [m for m in case.meshes if at in (full_name(case, m.driver), full_name(case, m.driven))]
         if not meshes:
             return
         module = meshes[0].module
         if h.kind == "eccentric":
             sizes = [share * module for share in ECCENTRICITIES]
-            yield made(h.name, "eccentricity", "amount", "eccentricity", sizes, at=gear.name)
+            yield made(h.name, "eccentricity", "amount", "eccentricity", sizes, at=at)
         elif any(map(SpallFault.fits_contact, meshes)):
-            if not gear_of(case, gear.name).internal:
+            if not gear_of(case, at).internal:
                 sizes = [share * module for share in CRACKS]
-                yield made(f"crack of a tooth of {gear.name}", "crack", "depth", "depth", sizes, at=gear.name)
+                yield made(
+                    f"crack of a tooth of {machine.gears[h.place].name}",
+                    "crack",
+                    "depth",
+                    "depth",
+                    sizes,
+                    at=at,
+                )
             sizes = [share * module for share in SPALLS]
             yield made(
-                f"spall on a tooth of {gear.name}",
+                f"spall on a tooth of {machine.gears[h.place].name}",
                 "spall",
                 "depth",
                 "depth",
                 sizes,
-                at=gear.name,
+                at=at,
                 flank="both",
             )
     elif h.kind in PARTS:
@@ -128,11 +138,37 @@ def _faults(case: Case, machine: Machine, h: Hypothesis, loads: Mapping[str, flo
             yield made(h.name, h.kind, "depth", "depth", DENTS, at=rotor, arc=math.radians(wide), **angle)
 
 
+def _uneven(case: Case, name: str, h: Hypothesis) -> Iterator[Suspect]:
+    """Yield the causes of uneven planets: a pin off its place, an eccentric carrier, whose pins are all off as it is."""
+    table = case.planetary[name]
+    sizes = tuple(share * table.module for share in ECCENTRICITIES)
+    alone = [(0.0, 1.0), *[(0.0, 0.0)] * (table.planets.count - 1)]
+    together = [(math.cos(angle), -math.sin(angle)) for angle in table.planets.directions]
+    before = {each.planet: each for each in table.pin_errors}
+
+    def off(amount: float, directions: Sequence[tuple[float, float]]) -> list[dict[str, Any]]:
+        errors = []
+        for planet, (along, across) in enumerate(directions, 1):
+            own = before.get(planet, PinError(planet=planet))
+            moved = {"radial": own.radial + amount * along, "tangential": own.tangential + amount * across}
+            errors.append(own.model_dump() | moved)
+        return errors
+
+    for words, directions in (
+        (f"pin of a planet of {name} off its place", alone),
+        (f"eccentric {name}.carrier", together),
+    ):
+        levels = tuple({f"planetary.{name}.pin_errors": off(size, directions)} for size in sizes)
+        yield Suspect(
+            words, h.kind, h.name, "offset" if directions is alone else "eccentricity", sizes, levels
+        )
+
+
 def _reason(case: Case, machine: Machine, h: Hypothesis) -> str:
     if h.kind in PARTS:
         return f"the case has no [bearings] table of {machine.bearings[h.place].name}"
-    if machine.gears[h.place].shaft is None:
-        return "its gear is in a planetary set"
+    if machine.gears[h.place].shaft is None and machine.set_of(h.place) is None:
+        return "its gear is in a planetary set whose planets are not evenly spaced, or of which neither sun nor ring stands"
     return SINGLE_TEETH
 
 
@@ -141,16 +177,26 @@ def _wear(case: Case) -> Iterator[Suspect]:
     for j, mesh in enumerate(case.meshes):
         now = working_backlash(case, j) * math.cos(pair_of(case, j).first.base_helix)
         if now > 0.0 and ".planet" not in mesh.label:
-            sizes = tuple(factor * now for factor in WORN)
             name = f"worn flanks of {mesh.label}" if len(case.meshes) > 1 else "worn flanks"
-            levels = tuple({f"meshes.{j}.backlash": size} for size in sizes)
-            yield Suspect(name, "rattle", "", "backlash", sizes, levels)
+            yield _worn(name, "backlash", now, f"meshes.{j}.backlash")
+    for name, table in case.planetary.items():
+        j = next(j for j, mesh in enumerate(case.meshes) if mesh.label.startswith(f"{name}."))
+        now = working_backlash(case, j) * math.cos(pair_of(case, j).first.base_helix)
+        if now > 0.0:
+            yield _worn(f"worn flanks of {name}", "backlash", now, f"planetary.{name}.backlash")
+        if table.pin is not None and table.pin.radial_clearance > 0.0:
+            at = f"planetary.{name}.pin.radial_clearance"
+            yield _worn(f"worn pins of {name}", "radial clearance", table.pin.radial_clearance, at)
     bushes = [
         (name, each.radial_clearance)
         for name, each in case.sleeves.items()
         if each.radial_clearance > 0.0 and "." not in name
     ]
     for name, now in bushes[:MOST_BUSHES]:
-        sizes = tuple(factor * now for factor in WORN)
-        levels = tuple({f"sleeves.{name}.radial_clearance": size} for size in sizes)
-        yield Suspect(f"worn bush of {name}", "rattle", "", "radial clearance", sizes, levels)
+        yield _worn(f"worn bush of {name}", "radial clearance", now, f"sleeves.{name}.radial_clearance")
+
+
+def _worn(name: str, quantity: str, now: float, path: str) -> Suspect:
+    """Return the cause of more clearance, the one at a path of the case [m]."""
+    sizes = tuple(factor * now for factor in WORN)
+    return Suspect(name, "rattle", "", quantity, sizes, tuple({path: size} for size in sizes))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.vocabulary.errors import NO_VALUE, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -24,15 +24,8 @@ ROCKS = 0.5
 
 
 def wearing_bushes(case: Case) -> list[str]:
-    """Return the rotors whose plain bearings wear; `InputError` for one of a planetary set."""
-    found = [name for name, sleeve in case.sleeves.items() if sleeve.wear is not None]
-    for name in found:
-        table, _, member = name.partition(".")
-        if member and table in case.planetary:
-            part = "pin" if member.startswith("planet") else f"{member}.sleeve"
-            rule = "must not be given in a planetary set, whose planets share one table"
-            raise InputError.of(f"planetary.{table}.{part}.wear", NO_VALUE, rule, "Remove it")
-    return found
+    """Return the rotors whose plain bearings wear, planets on pins among them."""
+    return [name for name, sleeve in case.sleeves.items() if sleeve.wear is not None]
 
 
 def bush_rates(result: Result, name: str) -> dict[str, Floats]:
@@ -111,13 +104,40 @@ def clearance_of_wear(depths: dict[str, Floats]) -> float:
     return 0.5 * sum(sum(openings(depth)[:2]) for depth in depths.values())
 
 
-def worn_sleeve(case: Case, name: str, depths: dict[str, Floats]) -> dict[str, Any]:
-    """Return the changes of a case by wear of a plain bearing: its clearance and the centre of its bush."""
-    sleeve = case.sleeves[name]
-    deepest, opposite, direction = openings(depths["bush"])
-    off = 0.5 * (deepest - opposite)
-    x, y = sleeve.offset
-    return {
-        f"sleeves.{name}.radial_clearance": sleeve.radial_clearance + clearance_of_wear(depths),
-        f"sleeves.{name}.offset": [x + off * math.cos(direction), y + off * math.sin(direction)],
+def worn_sleeves(case: Case, sleeves: dict[str, dict[str, Floats]]) -> dict[str, Any]:
+    """Return the changes of a case by wear of plain bearings: clearances, and centres of bushes.
+
+    Of a planet, whose set has one table for all pins, both are in the entry of its pin among the ``pin_errors``.
+    """
+    changes: dict[str, Any] = {}
+    pins: dict[str, dict[int, tuple[float, float, float]]] = {}
+    for name, depths in sleeves.items():
+        sleeve = case.sleeves[name]
+        deepest, opposite, direction = openings(depths["bush"])
+        off = 0.5 * (deepest - opposite)
+        x, y = sleeve.offset[0] + off * math.cos(direction), sleeve.offset[1] + off * math.sin(direction)
+        clearance = sleeve.radial_clearance + clearance_of_wear(depths)
+        table, _, member = name.partition(".")
+        if member.startswith("planet") and table in case.planetary:
+            pins.setdefault(table, {})[int(member.removeprefix("planet"))] = (clearance, x, y)
+            continue
+        at = f"planetary.{name}.sleeve" if member and table in case.planetary else f"sleeves.{name}"
+        changes |= {f"{at}.radial_clearance": clearance, f"{at}.offset": [x, y]}
+    return changes | {
+        f"planetary.{table}.pin_errors": _worn_pins(case, table, found) for table, found in pins.items()
     }
+
+
+def _worn_pins(case: Case, table: str, pins: dict[int, tuple[float, float, float]]) -> list[dict[str, float]]:
+    """Return the pin errors of a set with clearances and centres [m] of worn pins by planet; offsets count in fixed axes."""
+    planetary = case.planetary[table]
+    assert planetary.pin is not None
+    found = []
+    for planet, (clearance, x, y) in pins.items():
+        direction = planetary.planets.directions[planet - 1]
+        c, s = math.cos(direction), math.sin(direction)
+        added = max(0.0, clearance - planetary.pin.radial_clearance)
+        found.append(
+            {"planet": planet, "radial": x * c + y * s, "tangential": y * c - x * s, "clearance": added}
+        )
+    return found

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from gearplay.life.bushes import SURFACES, worn_sleeve
+from gearplay.life.bushes import SURFACES, worn_sleeves
 from gearplay.life.flanks import worn_faults
 from gearplay.model.reading import replace
 from gearplay.results.base import Column, OfDataset, case_in
@@ -121,6 +121,4 @@ class Wear(OfDataset):
 def worn(case: Case, flanks: dict[tuple[str, str], Any], sleeves: dict[str, dict[str, Any]]) -> Case:
     """Return the case with worn flanks, depths [m] over height, and plain bearings, depths [m] over direction by surface."""
     changes: dict[str, Any] = {"faults": worn_faults(case, flanks)} if flanks else {}
-    for name, depths in sleeves.items():
-        changes |= worn_sleeve(case, name, depths)
-    return replace(case, changes)
+    return replace(case, changes | worn_sleeves(case, sleeves))

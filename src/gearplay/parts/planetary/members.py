@@ -12,7 +12,7 @@ from gearplay.parts.planetary.names import MOST_PLANETS
 from gearplay.parts.rotor.gear import Runout, Teeth, Toothing
 from gearplay.parts.rotor.schema import Inertia, Initial, Load, Mass, Rotor, Weight
 from gearplay.parts.rotor.unbalance import Unbalance
-from gearplay.parts.sleeve.schema import Sleeve
+from gearplay.parts.sleeve.schema import MOST_CLEARANCE, Sleeve
 from gearplay.parts.support.schema import Support
 from gearplay.schema.fields import Listed, Measure, Part, Problem, refuse
 from gearplay.vocabulary import quantities as q
@@ -121,13 +121,23 @@ class Planets(Toothing):
 
 
 class PinError(Part):
-    """Position error of a pin on the carrier."""
+    """Position error of a pin on the carrier, and the clearance that it has beyond the others."""
 
     planet: PlanetNumber
     tangential: Annotated[
         float, Measure(q.LENGTH, "ahead of its place, counter-clockwise", ge=-0.01, le=0.01)
     ] = 0.0
     radial: Annotated[float, Measure(q.LENGTH, "outside its place", ge=-0.01, le=0.01)] = 0.0
+    clearance: Annotated[
+        float,
+        Measure(
+            q.LENGTH,
+            "radial clearance beyond that of the set's pins, of a worn one",
+            ge=0.0,
+            le=MOST_CLEARANCE,
+        ),
+        Field(exclude_if=lambda value: not value),
+    ] = 0.0
 
 
 class Eccentricity(Part):

@@ -27,7 +27,7 @@ from gearplay.parts.planetary.names import MEMBERS
 from gearplay.parts.rotor.allowance import DistanceAllowance, allowance_middle
 from gearplay.parts.rotor.gear import Runout
 from gearplay.parts.rotor.schema import POSITION_TOLERANCE, Coordinate, Rotor, place_words
-from gearplay.parts.sleeve.schema import Sleeve
+from gearplay.parts.sleeve.schema import MOST_CLEARANCE, Sleeve
 from gearplay.parts.support.schema import Support
 from gearplay.schema.fields import Listed, Measure, Part, Problem, is_absent, refuse
 from gearplay.toothing.gear import DrawnGear
@@ -168,6 +168,7 @@ class Planetary(Part):
                 lambda: self._mesh(driver="sun", driven="planet", stiffness=self._stiffness("sun"))
             )
         yield from self._misfits()
+        yield from self._clearance_problems()
         for field in ("pin_errors", "eccentricities"):
             named = [entry.planet for entry in getattr(self, field)]
             for k, planet in enumerate(named):
@@ -176,6 +177,15 @@ class Planetary(Part):
                     yield Problem((field, k, "planet"), rule, "Correct it")
                 elif planet in named[:k]:
                     yield Problem((field, k, "planet"), "must not be named twice", "Remove one of the two")
+
+    def _clearance_problems(self) -> Iterator[Problem]:
+        for k, error in enumerate(self.pin_errors):
+            at = ("pin_errors", k, "clearance")
+            if error.clearance and self.pin is None:
+                yield Problem(at, "must not be given without pin, whose sleeves have one", "Remove it")
+            elif self.pin is not None and self.pin.radial_clearance + error.clearance > MOST_CLEARANCE:
+                rule = f"must be at most {1e3 * MOST_CLEARANCE:g} mm together with pin.radial_clearance"
+                yield Problem(at, rule, "Lower one of the two")
 
     def _misfits(self) -> Iterator[Problem]:
         """Check assembly: centre distances, spacing, contact of planets."""
@@ -304,7 +314,8 @@ class Planetary(Part):
                 "offset": (off.radial * c - off.tangential * s, off.radial * s + off.tangential * c),
             }
             if self.pin is not None:
-                sleeves[planet] = self.pin.model_copy(update=place)
+                play = {"radial_clearance": self.pin.radial_clearance + off.clearance}
+                sleeves[planet] = self.pin.model_copy(update=place | play)
             if self.support is not None:
                 supports[planet] = self.support.model_copy(update=place)
             if self.bearing is not None:
