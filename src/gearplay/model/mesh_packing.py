@@ -210,6 +210,7 @@ def pack_meshes(
             slopes=slopes,
             rate=rate,
             hides=bool(m.C_m > 0.0) and case.formulation == "geometric",
+            deferred=m.pairs > 0,
         )
     table = np.array(involutes).reshape(len(case.meshes), SERIES_TERMS)
     return np.array(terms).reshape(-1, 3), np.array(spline).reshape(-1, 5), table

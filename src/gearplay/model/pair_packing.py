@@ -16,6 +16,7 @@ from gearplay.parts.mesh.pairs import observed
 from gearplay.parts.mesh.pairs.record import FLANKS, SPARE
 from gearplay.parts.mesh.pairs.slopes import COLUMNS, LEADING
 from gearplay.toothing.gear import DrawnGear, inv
+from gearplay.toothing.iso6336 import parabola
 from gearplay.toothing.pair import GearPair
 from gearplay.toothing.path_stiffness import PathStiffness, cubic_places, cubics
 
@@ -87,6 +88,7 @@ def pack_pairs(
     m.pairs = math.ceil((high - low) / pair.first.base_pitch) + SPARE
     m.middle = 0.5 * (low + high)
     m.fades = int(pair.overlap > 0.0)
+    m.oblique, m.path_start, m.path_end = 0.5 * pair.overlap, path.start, path.end
     m.corners = int(mesh.tip_contact and not m.fades)
     m.start, m.end = (-math.inf, math.inf) if m.corners else (low, high)
     ends = (path.start, path.end), (line - path.end, line - path.start)
@@ -111,8 +113,11 @@ def pack_pairs(
             slope += steepest / width
             bend += most_curved / width**2
     m.deviation_slope, m.deviation_curvature = slope, bend
+    m.varies = int(m.fades and slope > 0.0)
     if found is None:
         return
+    if m.varies:
+        m.density, m.kappa = found.peak / pair.overlap, parabola(pair.contact_ratio)
     table = single_table(found)
     m.stiffest = float(np.max(found.held(np.linspace(low, high, 401))))
     m.stiffness_start, m.stiffness_count = len(spline), len(table)
