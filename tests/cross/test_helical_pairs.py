@@ -1,0 +1,114 @@
+"""Helical pairs with tip relief against a plain simulation that sums forces over points of the facewidth."""
+
+import math
+
+import numpy as np
+
+from building import Document, Floats, Measured, case_of, simulate_one
+from cross.test_tooth_pairs import Plain
+from depth import sized
+from gearplay.parts.mesh.train.geometry import pair_of
+from helical_pairs import Width, helical
+
+PARTS = 400
+"""Parts of a line of contact, each with two points of Gauss's rule."""
+
+
+class PlainHelical(Plain):
+    """Two planar gears, each pair of teeth a line of contact that is cut into many parts; without corners."""
+
+    def __init__(self, document: Document) -> None:
+        super().__init__(document)
+        self.width = Width(document)
+        self.peak = self.width.peak
+
+    def contacts(self, state: Floats) -> list[tuple[float, complex, complex]]:
+        """Return forces [N], directions on the second gear and points in the middle of the facewidth of all pairs in touch."""
+        o_1, o_2 = complex(*state[0:2]), complex(*state[3:5])
+        line = o_1 - o_2 if self.ring else o_2 - o_1
+        distance, phi = abs(line), math.atan2(line.imag, line.real)
+        s = 1.0 if self.ring else -1.0
+        alpha = math.acos((self.base[1] - s * self.base[0]) / distance)
+        found = []
+        for flank in (1.0, -1.0):
+            a_1, a_2 = flank * (state[2] - phi), flank * (state[5] + self.zero - phi)
+            near = -round(a_1 * self.z[0] / (2.0 * math.pi))
+            for j in range(near - 5, near + 6):
+                zeta_1 = a_1 + 2.0 * math.pi * j / self.z[0] + self.sigma[0]
+                if self.ring:
+                    zeta_2 = a_2 + 2.0 * math.pi * j / self.z[1] + self.sigma[1]
+                else:
+                    zeta_2 = a_2 - 2.0 * math.pi * (j + 0.5) / self.z[1] + self.sigma[1]
+                rho = self.base * (np.array([zeta_1, zeta_2]) + alpha)
+                inv = math.tan(alpha) - alpha
+                overlap = self.base[0] * zeta_1 - self.base[1] * zeta_2 + (self.base[1] - self.base[0]) * inv
+                if not self.ring:
+                    overlap = (
+                        self.base[0] * zeta_1 + self.base[1] * zeta_2 - (self.base[1] + self.base[0]) * inv
+                    )
+                if overlap <= 0.0:
+                    continue
+                middles, step = self.width.line(float(rho[0]), PARTS)
+                if step == 0.0:
+                    continue
+                x = np.concatenate([middles - step / math.sqrt(12.0), middles + step / math.sqrt(12.0)])
+                p = np.maximum(overlap - self.width.missing(x, float(rho[0]), float(rho[1])), 0.0)
+                force = 0.5 * step * float(np.sum(self.width.stiffness(float(rho[0]), x) * p))
+                if force == 0.0:
+                    continue
+                foot = self.base[0] * complex(math.cos(alpha), -math.sin(alpha))
+                point = foot + rho[0] * complex(math.sin(alpha), math.cos(alpha))
+                normal = complex(math.sin(alpha), math.cos(alpha))
+                if flank < 0.0:
+                    normal, point = normal.conjugate(), point.conjugate()
+                turn = complex(math.cos(phi), math.sin(phi))
+                found.append((force, normal * turn, o_1 + point * turn))
+        return found
+
+
+def random_case(rng: np.random.Generator) -> Document:
+    """Return a loaded or rattling helical pair with tip relief on both gears, on springs."""
+    ring = bool(rng.integers(2))
+    document = helical(float(rng.uniform(0.1, 0.4)), float(rng.uniform(0.01, 0.03)), ring=ring)
+    pair = pair_of(case_of(document), 0)
+    document["supports"] = {}
+    loaded = rng.random() < 0.7
+    speed, torque = float(rng.uniform(60.0, 160.0)), float(rng.uniform(50.0, 200.0))
+    for k, (name, mass, inertia) in enumerate((("one", 0.8, 4e-4), ("two", 2.5, 9e-3))):
+        way = (1.0 if ring else -1.0) * 20.0 / 60.0 if k else 1.0
+        rotor = document["rotors"][name]
+        home = pair.distance if (k == 0) == ring else 0.0
+        rotor |= {"mass": mass, "inertia": inertia, "position": [home, 0.0]}
+        rotor["initial"] = {"omega": way * speed, "theta": 0.0}
+        rotor["tip_relief"] = {
+            "amount": float(rng.uniform(3e-6, 2e-5)),
+            "length": float(rng.uniform(2e-3, 6e-3)),
+            "shape": str(rng.choice(["linear", "parabolic"])),
+        }
+        if loaded:
+            rotor["drive"] = {"kind": "torque", "torque": torque if k == 0 else -torque / way}
+        elif k:
+            rotor["initial"]["omega"] *= 1.05
+        document["supports"][name] = {
+            "stiffness": [8e7, 8e7],
+            "damping": [float(rng.uniform(50.0, 400.0))] * 2,
+        }
+    document["run"] |= {"duration": 6.002e-3, "tolerance": 1e-11}
+    return document
+
+
+def test_random_helical_pairs__follow_a_plain_simulation(measured: Measured) -> None:
+    """Positions after 6 ms."""
+    worst, touched = 0.0, 0
+    for seed in range(sized(6, 2)):
+        document = random_case(np.random.default_rng([48, seed]))
+        run = simulate_one(document)
+        expected = PlainHelical(document).end(6e-3)
+        found = np.array(
+            [run.signal(word, name)[6000] for name in ("one", "two") for word in ("x", "y", "theta")]
+        )
+        worst = max(worst, float(np.abs(found - expected).max()))
+        touched += int(run.statistics.impacts_per_second.max() > 0.0)
+    measured("helical pairs with relief against a plain simulation, m and rad", worst, "1e-9")
+    assert worst < 1e-9
+    assert touched > 0
