@@ -18,8 +18,11 @@ class PlainHelical(Plain):
     """Two planar gears, each pair of teeth a line of contact that is cut into many parts; without corners."""
 
     def __init__(self, document: Document) -> None:
-        super().__init__(document)
         self.width = Width(document)
+        (mesh,) = document["meshes"]
+        transverse = mesh["backlash"] / math.cos(self.width.pair.first.base_helix)
+        super().__init__({**document, "meshes": [{**mesh, "backlash": transverse}]})
+        self.pair = self.width.pair
         self.peak = self.width.peak
 
     def contacts(self, state: Floats) -> list[tuple[float, complex, complex]]:
