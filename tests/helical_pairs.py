@@ -61,10 +61,24 @@ class Width:
         self.kappa = 0.75 * (1.0 - 1.0 / self.pair.contact_ratio)
         self.half = 0.5 * self.pair.overlap
 
+    def ends(self, place: float) -> tuple[float, float]:
+        """Return the ends of the line of contact of a pair at a place [m] along the path, from the middle of the facewidth."""
+        path = self.pair.path
+        return max(-self.half, path.start - place), min(self.half, path.end - place)
+
+    def relief_starts(self, rho_1: float, rho_2: float) -> list[float]:
+        """Return where along the line of contact [m] tip reliefs begin, of flanks at two places in mid-facewidth."""
+        found = []
+        for k, (gear, drawn) in enumerate(zip(self.gears, (self.pair.first, self.pair.second), strict=True)):
+            if relief := gear.get("tip_relief"):
+                ring = self.pair.internal and k == 1
+                start = drawn.length_to_tip + relief["length"] * (1.0 if ring else -1.0)
+                found.append(start - rho_1 if k == 0 else (start - rho_2) * (1.0 if ring else -1.0))
+        return found
+
     def line(self, place: float, points: int = POINTS) -> tuple[Floats, float]:
         """Return the middles of equal parts of the line of contact of a pair at a place [m], and their length."""
-        path = self.pair.path
-        low, high = max(-self.half, path.start - place), min(self.half, path.end - place)
+        low, high = self.ends(place)
         step = max(high - low, 0.0) / points
         return low + step * (np.arange(points) + 0.5), step
 

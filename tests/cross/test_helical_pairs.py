@@ -1,5 +1,6 @@
-"""Helical pairs with tip relief against a plain simulation that sums forces over points of the facewidth."""
+"""Helical pairs with tip relief against a plain simulation with Gauss's rule over the facewidth."""
 
+import itertools
 import math
 
 import numpy as np
@@ -10,12 +11,11 @@ from depth import sized
 from gearplay.parts.mesh.train.geometry import pair_of
 from helical_pairs import Width, helical
 
-PARTS = 400
-"""Parts of a line of contact, each with two points of Gauss's rule."""
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
 class PlainHelical(Plain):
-    """Two planar gears, each pair of teeth a line of contact that is cut into many parts; without corners."""
+    """Two planar gears, each pair of teeth a line of contact; without corners."""
 
     def __init__(self, document: Document) -> None:
         self.width = Width(document)
@@ -51,12 +51,7 @@ class PlainHelical(Plain):
                     )
                 if overlap <= 0.0:
                     continue
-                middles, step = self.width.line(float(rho[0]), PARTS)
-                if step == 0.0:
-                    continue
-                x = np.concatenate([middles - step / math.sqrt(12.0), middles + step / math.sqrt(12.0)])
-                p = np.maximum(overlap - self.width.missing(x, float(rho[0]), float(rho[1])), 0.0)
-                force = 0.5 * step * float(np.sum(self.width.stiffness(float(rho[0]), x) * p))
+                force = self.force(overlap, float(rho[0]), float(rho[1]))
                 if force == 0.0:
                     continue
                 foot = self.base[0] * complex(math.cos(alpha), -math.sin(alpha))
@@ -67,6 +62,27 @@ class PlainHelical(Plain):
                 turn = complex(math.cos(phi), math.sin(phi))
                 found.append((force, normal * turn, o_1 + point * turn))
         return found
+
+    def force(self, overlap: float, rho_1: float, rho_2: float) -> float:
+        """Return the force of a pair of teeth [N]: between kinks of the relief and zeros of the overlap by Gauss's rule."""
+        width, total = self.width, 0.0
+        low, high = width.ends(rho_1)
+        if low >= high:
+            return 0.0
+        starts = [min(max(x, low), high) for x in width.relief_starts(rho_1, rho_2)]
+        for start, end in itertools.pairwise(sorted([low, high, *starts])):
+            at = np.linspace(start, end, 3)
+            p_0, p_1, p_2 = overlap - width.missing(at, rho_1, rho_2)
+            zeros = np.roots(
+                np.trim_zeros([2.0 * (p_0 - 2.0 * p_1 + p_2), 4.0 * p_1 - 3.0 * p_0 - p_2, p_0], "f")
+            )
+            inside = [start + (end - start) * x.real for x in zeros if x.imag == 0.0 and 0.0 < x.real < 1.0]
+            for one, other in itertools.pairwise(sorted([start, end, *inside])):
+                x = 0.5 * (one + other) + 0.5 * (other - one) * NODES
+                p = overlap - width.missing(x, rho_1, rho_2)
+                if p[0] > 0.0:
+                    total += 0.5 * (other - one) * float(WEIGHTS @ (width.stiffness(rho_1, x) * p))
+        return total
 
 
 def random_case(rng: np.random.Generator) -> Document:
