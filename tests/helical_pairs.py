@@ -59,7 +59,9 @@ class Width:
         self.pair: GearPair = pair_of(case, 0)
         self.peak = stiffness_over_path(case, 0).peak
         self.kappa = 0.75 * (1.0 - 1.0 / self.pair.contact_ratio)
-        self.half = 0.5 * self.pair.overlap
+        self.half, path = 0.5 * self.pair.overlap, self.pair.path
+        self.middle, self.half_path = 0.5 * (path.start + path.end), 0.5 * path.length
+        self.density = self.peak / self.pair.overlap
 
     def ends(self, place: float) -> tuple[float, float]:
         """Return the ends of the line of contact of a pair at a place [m] along the path, from the middle of the facewidth."""
@@ -102,9 +104,12 @@ class Width:
 
     def stiffness(self, place: float, x: Floats) -> Floats:
         """Return the stiffness per length of the line of contact [N/m per m]."""
-        path = self.pair.path
-        u = (place + x - 0.5 * (path.start + path.end)) / (0.5 * path.length)
-        return self.peak / self.pair.overlap * (1.0 - self.kappa * u * u)
+        return self.stiffness_at(place + x)
+
+    def stiffness_at(self, place: Any) -> Any:
+        """Return it at places on the path [m]."""
+        u = (place - self.middle) / self.half_path
+        return self.density * (1.0 - self.kappa * u * u)
 
     def force(self, pair: Pair, overlap: float, power: int = 1) -> float:
         """Return the integral of stiffness times overlap to a power; ``overlap`` [m] is that of the involutes."""

@@ -4,6 +4,7 @@ import itertools
 import math
 
 import numpy as np
+import pytest
 
 from building import Document, Floats, Measured, case_of, simulate_one
 from cross.test_tooth_pairs import Plain
@@ -11,7 +12,7 @@ from depth import sized
 from gearplay.parts.mesh.train.geometry import pair_of
 from helical_pairs import Width, helical
 
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+GAUSS = list(zip(*(each.tolist() for each in np.polynomial.legendre.leggauss(3)), strict=True))
 
 
 class PlainHelical(Plain):
@@ -69,20 +70,34 @@ class PlainHelical(Plain):
         low, high = width.ends(rho_1)
         if low >= high:
             return 0.0
-        starts = [min(max(x, low), high) for x in width.relief_starts(rho_1, rho_2)]
-        for start, end in itertools.pairwise(sorted([low, high, *starts])):
-            at = np.linspace(start, end, 3)
-            p_0, p_1, p_2 = overlap - width.missing(at, rho_1, rho_2)
-            zeros = np.roots(
-                np.trim_zeros([2.0 * (p_0 - 2.0 * p_1 + p_2), 4.0 * p_1 - 3.0 * p_0 - p_2, p_0], "f")
-            )
-            inside = [start + (end - start) * x.real for x in zeros if x.imag == 0.0 and 0.0 < x.real < 1.0]
-            for one, other in itertools.pairwise(sorted([start, end, *inside])):
-                x = 0.5 * (one + other) + 0.5 * (other - one) * NODES
-                p = overlap - width.missing(x, rho_1, rho_2)
-                if p[0] > 0.0:
-                    total += 0.5 * (other - one) * float(WEIGHTS @ (width.stiffness(rho_1, x) * p))
+        starts = (min(max(x, low), high) for x in width.relief_starts(rho_1, rho_2))
+        knots = np.array(sorted([low, high, *starts]))
+        thirds = np.stack([knots[:-1], 0.5 * (knots[:-1] + knots[1:]), knots[1:]])
+        overlaps = overlap - width.missing(thirds, rho_1, rho_2)
+        for start, end, p in zip(knots[:-1].tolist(), knots[1:].tolist(), overlaps.T.tolist(), strict=True):
+            at = [0.0, *zeros_of(*p), 1.0]
+            for one, other in itertools.pairwise(at):
+                half = 0.5 * (other - one)
+                for node, weight in GAUSS:
+                    t = one + half * (1.0 + node)
+                    pressed = p[0] + t * (
+                        4.0 * p[1] - 3.0 * p[0] - p[2] + t * 2.0 * (p[0] - 2.0 * p[1] + p[2])
+                    )
+                    place = rho_1 + start + t * (end - start)
+                    total += half * (end - start) * weight * width.stiffness_at(place) * max(pressed, 0.0)
         return total
+
+
+def zeros_of(p_0: float, p_1: float, p_2: float) -> list[float]:
+    """Return where in (0, 1) a quadratic with three values at 0, 1/2, 1 is zero."""
+    bend, slope = 2.0 * (p_0 - 2.0 * p_1 + p_2), 4.0 * p_1 - 3.0 * p_0 - p_2
+    found = []
+    if abs(bend) < 1e-9 * abs(slope):
+        found = [-p_0 / slope]
+    elif bend != 0.0 and slope * slope >= 4.0 * bend * p_0:
+        root = math.sqrt(slope * slope - 4.0 * bend * p_0)
+        found = sorted([(-slope - root) / (2.0 * bend), (-slope + root) / (2.0 * bend)])
+    return [x for x in found if 0.0 < x < 1.0]
 
 
 def random_case(rng: np.random.Generator) -> Document:
@@ -116,13 +131,14 @@ def random_case(rng: np.random.Generator) -> Document:
     return document
 
 
+@pytest.mark.slow
 def test_random_helical_pairs__follow_a_plain_simulation(measured: Measured) -> None:
     """Positions after 6 ms."""
     worst, touched = 0.0, 0
-    for seed in range(sized(6, 2)):
+    for seed in range(sized(6, 1)):
         document = random_case(np.random.default_rng([48, seed]))
         run = simulate_one(document)
-        expected = PlainHelical(document).end(6e-3)
+        expected = PlainHelical(document).end(6e-3, 1e-10, 2e-5)
         found = np.array(
             [run.signal(word, name)[6000] for name in ("one", "two") for word in ("x", "y", "theta")]
         )
