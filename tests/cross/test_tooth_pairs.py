@@ -178,14 +178,20 @@ class Plain:
         masses = np.array([value for r in rotors for value in (r["mass"], r["mass"], r["inertia"])])
         return np.concatenate([y[6:], force / masses])
 
-    def end(self, time: float) -> Floats:
-        """Return positions at the end: x, y from home and theta of both gears."""
+    def end(self, time: float, tolerance: float = 1e-12, longest: float = 4e-6) -> Floats:
+        """Return positions at the end: x, y from home and theta of both gears; steps of at most ``longest`` [s]."""
         rotors = [self.document["rotors"][name] for name in self.names]
         places = [[*r["position"], r["initial"]["theta"]] for r in rotors]
         speeds = [[0.0, 0.0, r["initial"]["omega"]] for r in rotors]
         start = np.concatenate([np.ravel(places), np.ravel(speeds)])
         found: Any = solve_ivp(
-            self.rates, (0.0, time), start, method="DOP853", rtol=1e-12, atol=1e-14, max_step=4e-6
+            self.rates,
+            (0.0, time),
+            start,
+            method="DOP853",
+            rtol=tolerance,
+            atol=0.01 * tolerance,
+            max_step=longest,
         )
         return found.y[:6, -1] - np.ravel([[*r["position"], 0.0] for r in rotors])
 

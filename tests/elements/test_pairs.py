@@ -36,14 +36,15 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
         rotors["small"]["runout"] = {"amplitude": 2e-5, "phase": float(rng.uniform(0.0, 6.0))}
         rotors["large"]["load"] = {"torque": float(rng.uniform(0.0, 5.0))}
     faults: list[Document] = []
-    if not plain and helix == 0.0:
+    if not plain:
         for each in rotors.values():
             if "teeth" in each and rng.random() < 0.5:
                 relief = {"amount": 5e-6, "length": 2e-3, "shape": str(rng.choice(["linear", "parabolic"]))}
                 each |= {"tip_relief": relief, "quality": int(rng.integers(4, 9))}
         for name, teeth in (("small", 20), ("large", 60)):
             if rng.random() < 0.4:
-                faults += _faults(name, teeth, internal and name == "large")
+                shaped = helix == 0.0
+                faults += _faults(name, teeth, internal and name == "large") if shaped else [_worn(name)]
     constant = bool(rng.integers(2))
     law: Document = {"law": "constant"} if constant else {"depth": 2e-5}
     return {
@@ -84,7 +85,11 @@ def _faults(name: str, teeth: int, internal: bool) -> list[Document]:
     found = [{**shapes[tooth % len(shapes)], "at": name, "tooth": tooth} for tooth in range(min(teeth, 20))]
     profile = [[0.0, 6e-6], [0.2, 2e-6], [0.45, 0.0], [0.8, 3e-6], [0.95, 1e-6]]
     worn = {"kind": "wear", "at": name, "flank": "left", "profile": profile}
-    return [*found, worn, {"kind": "wear", "at": name, "depth": 4e-6, "flank": "both"}]
+    return [*found, worn, _worn(name)]
+
+
+def _worn(name: str) -> Document:
+    return {"kind": "wear", "at": name, "depth": 4e-6, "flank": "both"}
 
 
 def carried(document: Document, sign: float, angle: float) -> Document:

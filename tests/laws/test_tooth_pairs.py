@@ -343,20 +343,25 @@ def test_energy__closes_with_corners_and_deviations(measured: Measured) -> None:
         (
             {
                 "rotors": {
-                    name: {"helix_angle": 0.2, "tip_relief": {"amount": 1e-6, "length": 1e-3}}
+                    name: {
+                        "helix_angle": 0.2,
+                        "tip_relief": {"amount": 1e-6, "length": 1e-3},
+                        "facewidth": None,
+                    }
                     for name in ("one", "two")
-                }
+                },
+                "meshes": [{"contact": "mesh", "stiffness": {"kind": "harmonic", "mean": 1e8}}],
             },
-            "tip_relief.*oblique",
+            "facewidth.*tip relief.*helical",
         ),
         (
             {
                 "rotors": {
-                    name: {"helix_angle": 0.2, "deviations": {"slope": [1e-6] * z}}
+                    name: {"helix_angle": 0.2, "deviations": {"form": [1e-6] * z}}
                     for name, z in (("one", 20), ("two", 60))
                 }
             },
-            r"deviations.slope.*oblique",
+            r"deviations.form.*oblique",
         ),
         ({"rotors": {"one": {"deviations": {"pitch": [1e-6, 2e-6]}}}}, "one item for each of the 20 teeth"),
         ({"rotors": {"one": {"quality": 7, "deviations": {}}}}, "quality"),

@@ -37,8 +37,13 @@ def test_quality__without_effect_or_of_helical_gears_is_noted() -> None:
     (said,) = found(gp.replace(plain, {"backlash_model": "uncoupled"}), "note", "has no effect")
     assert (said.path, "quality = 7 of two" in said.message) == ("rotors.two.quality", True)
     helix = {"helix_angle": 0.2}
-    (said,) = found(with_pairs(helix, {"quality": 7, **helix}), "note", "the pitch counts alone")
+    (said,) = found(
+        with_pairs(helix, {"quality": 7, **helix}), "note", "pitch and profile slope count: the form"
+    )
     assert said.path == "rotors.two.quality"
+    narrow = {"contact": "mesh", "stiffness": {"kind": "harmonic", "mean": 1e8}}
+    unknown = with_pairs({**helix, "facewidth": None}, {"quality": 7, **helix}, **narrow)
+    (said,) = found(unknown, "note", "the pitch counts alone: profile deviations need the facewidths")
 
 
 def test_tip_relief__leaves_a_base_pitch_of_the_path() -> None:
@@ -55,6 +60,17 @@ def test_tip_relief__leaves_a_base_pitch_of_the_path() -> None:
     (said,) = found(beyond, "warning", words)
     assert said.path == "rotors.one.tip_relief.length"
     assert "leaves 0 base pitches" in said.message
+
+
+def test_tip_relief_of_helical_gears__may_be_longer_by_the_shift_over_the_facewidth() -> None:
+    """Unrelieved lengths of all lines of contact together: the path less relief and b tan(beta_b) make a base pitch."""
+    helix = {"helix_angle": 0.15}
+    drawn = pair_of(with_pairs(helix, helix), 0)
+    most = drawn.path.length - drawn.first.base_pitch + drawn.overlap
+    for share, warns in ((0.999, False), (1.001, True)):
+        relief = {"tip_relief": {"amount": 1e-5, "length": 0.5 * share * most}}
+        case = with_pairs({**relief, **helix}, {**relief, **helix})
+        assert bool(found(case, "warning", "base pitches without, at an overlap ratio of")) is warns
 
 
 def test_findings_of_planets__are_one_of_all_alike() -> None:

@@ -30,11 +30,21 @@ def attempt(system: System, run: Run, h: float) -> int:
 
 @compiled_once
 def watch(system: System, run: Run, t: float, y: Floats, loads: Loads) -> int:
-    """Fill the contact table of watched elements at t [s]; return 1 where a pair cannot mesh."""
+    """Fill the contact table of watched elements and of acting ones with deferred contacts at t [s]; 1 where a pair cannot mesh.
+
+    Those of other acting elements are filled with the forces.
+    """
     active_set = run.active_set
     propagate_listed(system, active_set, active_set.near, t, y)
     for c in range(1, active_set.watched[0] + 1):
         if dispatch.contact_kinematics(system, active_set.watched[c], t, y, run.branch, loads) != 0:
+            return 1
+    for c in range(1, active_set.acting[0] + 1):
+        e = active_set.acting[c]
+        if (
+            system.elements[e].deferred == 1
+            and dispatch.contact_kinematics(system, e, t, y, run.branch, loads) != 0
+        ):
             return 1
     return 0
 

@@ -94,6 +94,10 @@ ELEMENT = np.dtype(
         ),  # 1 where, but for its contacts, it is a spring between jointly propagated rotors (`joined`)
         ("more_modes", "i8"),  # modes of its own, and columns of its slopes, beyond those of its kind
         ("more_slopes", "i8"),
+        (
+            "deferred",
+            "i8",
+        ),  # 1 where forces leave its open contacts out, which are evaluated at the end of a step
         *PLACES,
     ],
     align=True,

@@ -111,13 +111,15 @@ class Assembly:
         slopes: int = 0,
         rate: float = 0.0,
         hides: bool = True,
+        deferred: bool = False,
     ) -> None:
         """Add an element: the module of its law, its name, its record, the rotors it joins (-1 for the ground), its contacts.
 
         ``always`` is whether it acts whatever its contacts do; ``switches`` are of the whole element, ``of_contacts`` further
         ones of each contact, ``states`` those of its own, ``modes`` and ``slopes`` its modes and columns of slopes beyond those
         of its kind, ``rate`` the angular frequency [rad/s] at which its rotors oscillate;
-        ``hides`` is whether switches of its contacts other than touches may return within a step.
+        ``hides`` is whether switches of its contacts other than touches may return within a step, ``deferred`` whether forces
+        leave its open contacts out.
         """
         kind: int = law.KIND
         self.fastest = max(self.fastest, rate)
@@ -126,7 +128,7 @@ class Assembly:
         entry.kind, entry.index, entry.element = kind, len(parts), len(self.entries)
         entry.a, entry.b, entry.c = (*rotors, -1, -1, -1)[:3]
         entry.always, entry.states, entry.contacts = int(always), states, len(contacts)
-        entry.more_modes, entry.more_slopes = modes, slopes
+        entry.more_modes, entry.more_slopes, entry.deferred = modes, slopes, int(deferred)
         entry.contact, entry.impact_slot = len(self.contacts), self.impact_count
         entry.switch, entry.mode = len(self.switches), self.modes
         entry.state = 6 * self.rotors + self.states

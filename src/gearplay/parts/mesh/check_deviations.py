@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from gearplay.toothing.pair import GearPair
 
 
+FORM_LEFT_OUT = "the form, a sine, has no closed form along oblique lines of contact and is left out"
+
+
 def deviation_findings(case: Train) -> Iterator[Finding]:
     """Yield findings about quality and tip relief, once for identical pairs, such as those of planets."""
     found = [each for j in range(len(case.meshes)) for each in _findings(case, j)]
@@ -47,10 +50,10 @@ def _findings(case: Train, j: int) -> Iterator[tuple[str, str, Finding]]:
     for name, gear in given.items():
         if gear.quality is not None and gear.helix_angle:
             path = gear_path(case, name, "quality")
-            words = (
-                f"of the deviations that quality = {gear.quality} draws for {name} the pitch counts alone: profile deviations "
-                "vary along the oblique lines of contact of helical teeth and are left out."
-            )
+            counts, why = "pitch and profile slope count", FORM_LEFT_OUT
+            if pair.facewidth is None:
+                counts, why = "the pitch counts alone", "profile deviations need the facewidths of both gears"
+            words = f"of the deviations that quality = {gear.quality} draws for {name} {counts}: {why}."
             yield path, mesh.label, Finding("note", path, words)
     allowed = {
         name: gear_tolerances(drawn[name], gear.quality).cumulative_pitch
@@ -73,7 +76,10 @@ def _findings(case: Train, j: int) -> Iterator[tuple[str, str, Finding]]:
 
 
 def _relieved(case: Train, j: int, pair: GearPair) -> Iterator[tuple[str, str, Finding]]:
-    """Yield a finding for tip relief that leaves less than one base pitch of the path of contact as it is."""
+    """Yield a finding for tip relief that leaves less of the path of contact as it is than one base pitch.
+
+    Lines of contact of helical teeth need less by the way by which they shift over the facewidth.
+    """
     mesh = case.meshes[j]
     reliefs = {
         name: relief
@@ -83,14 +89,17 @@ def _relieved(case: Train, j: int, pair: GearPair) -> Iterator[tuple[str, str, F
     if not reliefs:
         return
     path = pair.path.end - pair.path.start
-    left = (path - sum(relief.length for relief in reliefs.values())) / pair.first.base_pitch
-    if left >= 1.0 or path < pair.first.base_pitch:
+    pitch = pair.first.base_pitch
+    left, needed = path - sum(relief.length for relief in reliefs.values()), max(pitch - pair.overlap, 0.0)
+    if left >= needed or path < needed:
         return
+    wide = f", at an overlap ratio of {pair.overlap_ratio:.3g}" if pair.overlap > 0.0 else ""
     lengths = " and ".join(f"{1e3 * relief.length:.4g} mm" for relief in reliefs.values())
+    share = max(left / pitch, 0.0)
     words = (
-        f"tip relief over {lengths} of the path of contact, {1e3 * path:.4g} mm, leaves {max(left, 0.0):.3g} base pitches "
-        "without: at some phases every pair of teeth is relieved, and a transmission error is left without load. "
-        f"Shorten it, to {1e3 * (path - pair.first.base_pitch):.4g} mm of both gears together."
+        f"tip relief over {lengths} of the path of contact, {1e3 * path:.4g} mm, leaves {share:.3g} base pitches "
+        f"without{wide}: at some phases every pair of teeth is relieved, and a transmission error is left without load. "
+        f"Shorten it, to {1e3 * (path - needed):.4g} mm of both gears together."
     )
     where = gear_path(case, next(iter(reliefs)), "tip_relief", "length")
     yield words, mesh.label, Finding("warning", where, words)

@@ -161,15 +161,13 @@ def _pair_faults(case: Train, j: int, given: Mapping[str, Toothing]) -> Iterator
             rule = 'must be mesh with backlash_model = "uncoupled", whose line of action does not follow the centres'
             yield Fault(mesh_path(case, j, "contact"), "pairs", rule, 'Take backlash_model = "coupled"')
     for name, gear in given.items():
-        varying = ["tip_relief"] if gear.tip_relief is not None else []
-        if gear.deviations is not None:
-            varying += [
-                f"deviations.{each}" for each in ("slope", "form") if any(getattr(gear.deviations, each))
-            ]
-        for field in varying if gear.helix_angle else ():
-            rule = "must not be given for helical gears, along whose oblique lines of contact it varies"
-            cure = "Remove it; pitch deviations and quality may stay"
-            yield Fault(gear_path(case, name, *field.split(".")), NO_VALUE, rule, cure)
+        if gear.helix_angle and gear.deviations is not None and any(gear.deviations.form):
+            rule = "must not be given for helical gears, along whose oblique lines of contact a sine has no closed form"
+            cure = "Remove it; pitch, slope and tip_relief may stay"
+            yield Fault(gear_path(case, name, "deviations", "form"), NO_VALUE, rule, cure)
+        if gear.helix_angle and gear.facewidth is None and any(_varies(case, each) for each in given):
+            rule = "is required by tip relief, profile slopes and wear of helical gears, which vary over it"
+            yield Fault(gear_path(case, name, "facewidth"), NO_VALUE, rule, "Give the width of the teeth")
         if gear.deviates and gear.quality is None and not follows_centres(case):
             field = "tip_relief" if gear.tip_relief is not None else "deviations"
             rule = 'must not be given with backlash_model = "uncoupled", whose line of action does not follow the centres'
@@ -189,6 +187,14 @@ def _pair_faults(case: Train, j: int, given: Mapping[str, Toothing]) -> Iterator
                 )
 
 
+def _varies(case: Train, name: str) -> bool:
+    """Return whether what is missing on a gear's flanks varies over them: relief, given profile slopes, wear."""
+    gear = geometry.gear_of(case, name)
+    sloping = gear.deviations is not None and any(gear.deviations.slope)
+    worn = any(isinstance(fault, WearFault) for _, fault in tooth_faults(case, name))
+    return gear.tip_relief is not None or sloping or worn
+
+
 def _tooth_fault_faults(case: Train, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
     """Refuse faults of teeth that a mesh cannot follow, and cracks beyond the middle of a tooth."""
     mesh = case.meshes[j]
@@ -198,9 +204,10 @@ def _tooth_fault_faults(case: Train, j: int, given: Mapping[str, Toothing]) -> I
             if not fault.fits_contact(mesh):
                 rule = f'must be in meshes with contact = "pairs", as it takes stiffness from single ones; {mesh.label} is not'
                 yield Fault(path, fault.kind, rule, 'Write contact = "pairs" in the mesh')
-            elif gear.helix_angle and not fault.along_facewidth:
-                rule = f"must be of spur gears: it varies along the oblique lines of contact of {mesh.label}"
-                yield Fault(path, fault.kind, rule, 'Take kind = "pitch", "missing-tooth" or "eccentricity"')
+            elif gear.helix_angle and not (fault.along_facewidth or getattr(fault, "depth_alone", False)):
+                rule = f"must be of spur gears: along the oblique lines of contact of {mesh.label} it has no closed form"
+                cure = 'Take kind = "pitch", "missing-tooth", "eccentricity", or "wear" with a depth'
+                yield Fault(path, fault.kind, rule, cure)
             elif not follows_centres(case):
                 rule = "must not be given where the line of action does not follow the centres"
                 cure = (

@@ -162,6 +162,11 @@ class WearFault(GearFault):
     ] = ()
     flank: Flank = "left"
 
+    @property
+    def depth_alone(self) -> bool:
+        """Whether it is the parabola of a depth, which oblique lines of contact can have."""
+        return not self.profile
+
     @model_validator(mode="after")
     def _check(self) -> "WearFault":
         refuse(self._problems())

@@ -195,6 +195,7 @@ def pack_meshes(packing: Packing) -> None:
             slopes=slopes,
             rate=rate,
             hides=bool(m.C_m > 0.0) and case.formulation == "geometric",
+            deferred=m.pairs > 0,
         )
 
 

@@ -83,23 +83,34 @@ def damping_rate(mesh: Any, flank: int, out: Floats) -> float:
 
 
 @compiled_inline
-def press(system: System, n: int, mesh: Any, branch: Branch, loads: Loads) -> None:
-    """Fill the rows of the contact table of mesh n and the sums over its pairs of teeth, `mesh_geometry` in the scratch."""
+def press(system: System, n: int, mesh: Any, branch: Branch, loads: Loads, whole: bool) -> None:
+    """Fill the rows of the contact table of mesh n and the sums over its pairs of teeth, `mesh_geometry` in the scratch.
+
+    Unless ``whole`` the rows of open contacts have the force alone, which is 0.
+    """
     if mesh.envelope == 1:
-        press_envelope(system, n, branch, loads)
+        press_envelope(system, n, branch, loads, whole)
     else:
-        press_pairs(system, n, branch, loads)
+        press_pairs(system, n, branch, loads, whole)
 
 
 @compiled_inline
 def contact_kinematics(system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads) -> int:
-    """Fill mesh n's two rows of the contact table at (t, y); return 1 where it cannot mesh."""
+    """Fill mesh n's rows of the contact table at (t, y); return 1 where it cannot mesh."""
+    return fill_contacts(system, n, t, y, branch, loads, True)
+
+
+@compiled_inline
+def fill_contacts(
+    system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, whole: bool
+) -> int:
+    """Fill mesh n's rows of the contact table at (t, y), of pairs of teeth as `press`; return 1 where it cannot mesh."""
     out, contacts, modes = loads.out, loads.contacts, branch.modes
     if mesh_geometry(system, n, t, y, branch.memory, out) != 0:
         return 1
     mesh = system.records[KIND][n]
     if mesh.pairs > 0:
-        press(system, n, mesh, branch, loads)
+        press(system, n, mesh, branch, loads, whole)
         return 0
     segment = modes[mesh.mode + SEGMENT]
     if mesh.error_count == 0:
@@ -122,11 +133,12 @@ def contact_kinematics(system: System, n: int, t: float, y: Floats, branch: Bran
 def apply_forces(
     system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
 ) -> int:
-    """Add mesh n's flank forces to the sums on its rotors, its rows of the contact table filled; 1 where it cannot mesh.
+    """Add mesh n's flank forces to the sums on its rotors, rows of the contact table filled; 1 where it cannot mesh.
 
+    Open contacts of pairs of teeth are left out (`Assembly.add`, deferred).
     Generalised forces are -F dp/dq exactly, equations (15), (20) with consistent signs.
     """
-    if contact_kinematics(system, n, t, y, branch, loads) != 0:
+    if fill_contacts(system, n, t, y, branch, loads, False) != 0:
         return 1
     out, force = loads.out, loads.rotors
     mesh = system.records[KIND][n]
@@ -252,7 +264,7 @@ def mesh_powers(system: System, n: int, y: Floats, branch: Branch, loads: Loads)
     """
     mesh, out, modes = system.records[KIND][n], loads.out, branch.modes
     if mesh.pairs > 0:
-        press(system, n, mesh, branch, loads)
+        press(system, n, mesh, branch, loads, False)
         return out[PAIRS_LOST], out[PAIRS_PUT_IN]
     fill_psi(mesh, branch.memory, out)
     k_mesh = mesh_stiffness(mesh, system, out[PSI], out[COS_PSI], out[SIN_PSI], modes[mesh.mode + SEGMENT])

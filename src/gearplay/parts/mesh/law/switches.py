@@ -143,7 +143,7 @@ def find_lead(
     if mesh_geometry(system, n, t, y, branch.memory, loads.out) != 0:
         return
     branch.modes[mesh.mode + LEAD + flank] = deepest_slot(mesh, system, loads.out, flank, other)[0]
-    press_envelope(system, n, branch, loads)
+    press_envelope(system, n, branch, loads, True)
     if mesh.friction > 0.0:
         sliding = loads.contacts[mesh.contact + flank, SLIDING]
         branch.modes[mesh.mode + SENSE + flank] = sense_of(mesh, sliding)

@@ -15,6 +15,7 @@ from gearplay.parts.mesh.pairs.slopes import (
     AZ,
     BEND_1,
     BEND_2,
+    BEND_12,
     BY_1,
     BY_2,
     BY_A,
@@ -29,6 +30,8 @@ from gearplay.parts.mesh.pairs.slopes import (
     F_P,
     F_PSI,
     F_R,
+    F_RATE_1,
+    F_RATE_2,
     GRIP,
     GRIP_SLOPE,
     LEAN,
@@ -97,8 +100,8 @@ def _pair_change(
     motion: tuple[float, float, float, float, float, float, float, float],
     psi: float,
     psi_rate: float,
-) -> tuple[float, float, float, float, float, float, float]:
-    """Return what a motion changes in a pair: overlap and its rate, rho_1, its rate and rho_2, dp/dA and dp/dz."""
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Return what a motion changes in a pair: overlap and its rate, rho_1, its rate, rho_2, its rate, dp/dA and dp/dz."""
     m, error = sense(mesh, flank), 1.0 - 2.0 * flank
     A, A_rate, _, _, turn_1, turn_2, spin_1, spin_2 = motion
     turn_1, turn_2, spin_1, spin_2 = m * turn_1, m * turn_2, m * spin_1, m * spin_2
@@ -119,7 +122,9 @@ def _pair_change(
     rate -= row[at + DEV_1] * faster_1 + row[at + DEV_2] * faster_2
     rate -= row[at + BEND_1] * mesh.base_1 * (rate_1 + roll) * moved_1
     rate -= row[at + BEND_2] * mesh.base_2 * (rate_2 + roll) * moved_2
-    return p, rate, moved_1, faster_1, moved_2, by_a, by_z
+    cross = mesh.base_1 * (rate_1 + roll) * moved_2 + mesh.base_2 * (rate_2 + roll) * moved_1
+    rate -= row[at + BEND_12] * cross
+    return p, rate, moved_1, faster_1, moved_2, faster_2, by_a, by_z
 
 
 @compiled_once
@@ -159,7 +164,7 @@ def _penetration_change(
     psi_rate: float,
 ) -> tuple[float, float]:
     """Return what a motion changes in a pair's penetration and in its rate."""
-    p, rate, moved_1, faster_1, _, _, _ = _pair_change(mesh, row, at, flank, motion, psi, psi_rate)
+    p, rate, moved_1, faster_1, _, _, _, _ = _pair_change(mesh, row, at, flank, motion, psi, psi_rate)
     if row[at + EDGE] != 0.0:
         return row[at + EDGE] * moved_1, row[at + EDGE] * faster_1
     return p, rate
@@ -269,7 +274,7 @@ def add_pair_change(
             f = row[at + F]
             if f == 0.0:
                 continue
-            p, rate, moved_1, faster_1, moved_2, by_a, by_z = _pair_change(
+            p, rate, moved_1, faster_1, moved_2, faster_2, by_a, by_z = _pair_change(
                 mesh, row, at, flank, motion, psi, psi_rate
             )
             if mesh.envelope == 1 and row[at + EDGE] != 0.0:
@@ -277,7 +282,7 @@ def add_pair_change(
             grown = (
                 row[at + F_P] * p + row[at + F_R] * rate + row[at + F_1] * moved_1 + row[at + F_2] * moved_2
             )
-            grown += row[at + F_PSI] * psi
+            grown += row[at + F_PSI] * psi + row[at + F_RATE_1] * faster_1 + row[at + F_RATE_2] * faster_2
             direction = _direction(mesh, row, at, motion[0], by_a, by_z)
             touching, along, first, second, by_a, by_z = direction
             d_a += grown * along + f * by_a

@@ -93,8 +93,11 @@ def lead_of(mesh: Any, system: System, out: Floats, flank: int, branch: Branch) 
 
 
 @compiled_once
-def press_envelope(system: System, n: int, branch: Branch, loads: Loads) -> None:
-    """Fill mesh n's rows of the contact table and the sums over its flanks' leads, `mesh_geometry` in the scratch."""
+def press_envelope(system: System, n: int, branch: Branch, loads: Loads, whole: bool) -> None:
+    """Fill mesh n's rows of the contact table and the sums over its flanks' leads, `mesh_geometry` in the scratch.
+
+    Unless ``whole`` an open flank has its force alone, a closed one no `LAG`.
+    """
     mesh, out, contacts, modes = system.records[MESH][n], loads.out, loads.contacts, branch.modes
     fill_psi(mesh, branch.memory, out)
     segment = modes[mesh.mode + SEGMENT]
@@ -103,6 +106,9 @@ def press_envelope(system: System, n: int, branch: Branch, loads: Loads) -> None
     pull_a, pull_1, pull_2, lost, put_in = 0.0, 0.0, 0.0, 0.0, 0.0
     for flank in range(FLANKS):
         k, m = mesh.contact + flank, sense(mesh, flank)
+        if modes[k] == OPEN and not whole:
+            contacts[k, FORCE] = 0.0
+            continue
         error_rate = out[ERROR_RATE] if flank == 0 else -out[ERROR_RATE]
         lead = lead_of(mesh, system, out, flank, branch)
         pair = pair_overlap(mesh, system, out, flank, lead)
@@ -110,7 +116,7 @@ def press_envelope(system: System, n: int, branch: Branch, loads: Loads) -> None
         p, moving = pair.penetration, penetration_rate(pair, rate, rate_1)
         contacts[k, PENETRATION], contacts[k, RATE] = p, moving
         contacts[k, LAG] = -1.0
-        if modes[k] != OPEN:
+        if modes[k] != OPEN and whole:
             contacts[k, LAG] = deepest_slot(mesh, system, out, flank, lead)[1] - p
         past = modes[mesh.mode + flank]
         force, contacts[k, MARGIN] = flank_force(mesh, k_mesh, p, moving, past, flank)

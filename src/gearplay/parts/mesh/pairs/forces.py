@@ -47,12 +47,20 @@ from gearplay.parts.mesh.geometry import (
     SPIN_2,
 )
 from gearplay.parts.mesh.pairs.friction import SLIDING, arms_of, grip_of, sliding_of
+from gearplay.parts.mesh.pairs.oblique import (
+    Sums,
+    line_of_contact,
+    oblique_force,
+    oblique_powers,
+    sums_over_line,
+)
 from gearplay.parts.mesh.pairs.overlap import (
     AWAY,
     STEEP,
     TIP_OF_1,
     TIP_OF_2,
     Pair,
+    flank_rows,
     overlap_rate,
     pair_overlap,
     pair_stiffness,
@@ -75,18 +83,34 @@ def fading(mesh: Any, stiffness: float) -> float:
 
 
 @compiled_inline
+def oblique_sums(
+    mesh: Any, system: System, flank: int, pair: Pair, rate: float, worn: float, rate_1: float, rate_2: float
+) -> Sums:
+    """Return the sums over the line of contact of a helical pair, its rates those of `overlap_rate`."""
+    at_1, at_2 = flank_rows(mesh, flank, pair.number)
+    line = line_of_contact(mesh, pair.rho_1, pair.rho_2, pair.place, at_1, at_2)
+    return sums_over_line(mesh, system, line, pair.p, rate + worn, rate_1, rate_2)
+
+
+@compiled_inline
 def pair_force(
     mesh: Any, system: System, flank: int, pair: Pair, rate: float
 ) -> tuple[float, float, float, float, float]:
-    """Return the force K p + C dp/dt [N] of a pair and its margin, its stiffness [N/m] and the slopes by both places."""
+    """Return the force K p + C dp/dt [N] of a pair and its margin, its stiffness [N/m] and the slopes by both places.
+
+    Of deviations that do not vary along an oblique line of contact.
+    """
     stiffness, k_1, k_2 = pair_stiffness(mesh, system, flank, pair)
     force, margin = flank_force(mesh, stiffness, pair.p, fading(mesh, stiffness) * rate, ON_RAMP, 0)
     return force, margin, stiffness, k_1, k_2
 
 
 @compiled_once
-def press_pairs(system: System, n: int, branch: Branch, loads: Loads) -> None:
-    """Fill mesh n's rows of the contact table and the sums over its pairs, `mesh_geometry` in the scratch."""
+def press_pairs(system: System, n: int, branch: Branch, loads: Loads, whole: bool) -> None:
+    """Fill mesh n's rows of the contact table and the sums over its pairs, `mesh_geometry` in the scratch.
+
+    Unless ``whole`` open pairs have their force alone.
+    """
     mesh, out, contacts, modes = system.records[MESH][n], loads.out, loads.contacts, branch.modes
     pull_a, pull_1, pull_2, lost, put_in = 0.0, 0.0, 0.0, 0.0, 0.0
     for flank in range(FLANKS):
@@ -94,6 +118,9 @@ def press_pairs(system: System, n: int, branch: Branch, loads: Loads) -> None:
         error_rate = out[ERROR_RATE] if flank == 0 else -out[ERROR_RATE]
         for slot in range(mesh.pairs):
             k = first_pair(mesh, flank) + slot
+            if modes[k] == OPEN and not whole:
+                contacts[k, FORCE] = 0.0
+                continue
             pair = pair_overlap(mesh, system, out, flank, slot)
             rate, worn, rate_1, rate_2 = overlap_rate(mesh, out, flank, pair)
             moving = penetration_rate(pair, rate, rate_1)
@@ -101,7 +128,16 @@ def press_pairs(system: System, n: int, branch: Branch, loads: Loads) -> None:
             contacts[k, MARGIN], contacts[k, FORCE], contacts[k, SLIDING] = 1.0, 0.0, 0.0
             if pair.touching != AWAY:
                 p = pair.p
-                force, margin, stiffness, k_1, k_2 = pair_force(mesh, system, flank, pair, rate)
+                if mesh.varies == 1:
+                    sums = oblique_sums(mesh, system, flank, pair, rate, worn, rate_1, rate_2)
+                    force, margin = oblique_force(mesh, p, sums)
+                    pressed = modes[k] == LOADED
+                    lose, put = oblique_powers(mesh, p, sums, pressed, force * error_rate)
+                else:
+                    force, margin, stiffness, k_1, k_2 = pair_force(mesh, system, flank, pair, rate)
+                    acts = force if modes[k] == LOADED else 0.0
+                    lose = (acts - stiffness * p) * rate
+                    put = acts * (error_rate - worn) + 0.5 * (k_1 * rate_1 + k_2 * rate_2) * p * p
                 contacts[k, MARGIN] = margin
                 if mesh.friction > 0.0:
                     contacts[k, SLIDING] = sliding_of(mesh, out, flank, pair)
@@ -113,7 +149,8 @@ def press_pairs(system: System, n: int, branch: Branch, loads: Loads) -> None:
                     pull_2 += m * force * pair.p_2
                 if modes[k] != OPEN:
                     force = contacts[k, FORCE]
-                    lost += (force - stiffness * p) * rate
+                    lost += lose
+                    put_in += put
                     if mesh.friction > 0.0 and force > 0.0:
                         s_a, s_1, s_2 = arms_of(mesh, out, pair)
                         grip = force * grip_of(mesh, contacts[k, SLIDING])[0]
@@ -121,12 +158,13 @@ def press_pairs(system: System, n: int, branch: Branch, loads: Loads) -> None:
                         pull_1 += m * grip * s_1
                         pull_2 += m * grip * s_2
                         lost += grip * contacts[k, SLIDING]
-                    put_in += force * (error_rate - worn) + 0.5 * (k_1 * rate_1 + k_2 * rate_2) * p * p
             if pair.penetration > deepest:
                 deepest, its_rate = pair.penetration, moving
         k = mesh.contact + flank
-        contacts[k, PENETRATION], contacts[k, RATE] = deepest, its_rate
-        contacts[k, MARGIN], contacts[k, FORCE], contacts[k, SLIDING] = 1.0, total, 0.0
+        contacts[k, FORCE] = total
+        if deepest > -math.inf:
+            contacts[k, PENETRATION], contacts[k, RATE] = deepest, its_rate
+            contacts[k, MARGIN], contacts[k, SLIDING] = 1.0, 0.0
     out[PULL_A], out[PULL_1], out[PULL_2] = pull_a, pull_1, pull_2
     out[PAIRS_LOST], out[PAIRS_PUT_IN] = lost, put_in
 
@@ -158,6 +196,18 @@ def deepest_overlaps(system: System, n: int, out: Floats) -> tuple[float, float]
     return drive, back
 
 
+@compiled_inline
+def kink_distance(mesh: Any, pair: Pair) -> float:
+    """Return the way of a pair [m] to the nearest place at which a deviation begins to be held: a tip, or an end of the path."""
+    way = min(abs(pair.rho_1 - mesh.tip_length_1), abs(pair.rho_2 - mesh.tip_length_2))
+    way = min(way, abs(pair.rho_1 - mesh.low_1), abs(pair.rho_1 - mesh.high_1))
+    way = min(way, abs(pair.rho_2 - mesh.low_2), abs(pair.rho_2 - mesh.high_2))
+    if mesh.varies == 1:
+        at = pair.place
+        way = min(way, abs(at + mesh.oblique - mesh.path_start), abs(at - mesh.oblique - mesh.path_end))
+    return way
+
+
 @compiled_once
 def pairs_stay_open(
     system: System, n: int, t: float, y: Floats, branch: Branch, longest: float, out: Floats
@@ -166,9 +216,11 @@ def pairs_stay_open(
 
     `mesh_geometry` has filled the scratch.
 
-    Each overlap follows p(A, a_1, a_2), whose slopes are continuous: p'' is bounded by the bounds of the accelerations and the
-    second derivatives of p. The involutes' overlap bounds that of a pair from above where its tip leaves or enters the path. A
-    pair that is away comes no nearer than a quarter of a base pitch in the time considered.
+    Each overlap follows p(A, a_1, a_2): p'' is bounded by the bounds of the accelerations and the second derivatives of p. Where
+    a relief begins p' falls. At the tips and the ends of the path, where deviations are held, p' may rise by their slope times
+    the rolling speed: it counts from the start for a pair that comes so far. The involutes' overlap bounds that of a pair from
+    above where its tip leaves or enters the path. A pair that is away comes no nearer than a quarter of a base pitch in the time
+    considered.
     """
     mesh = system.records[MESH][n]
     a_a, alpha_a, spin_a = rotor_bounds(system, mesh.a, t, y, branch)
@@ -226,6 +278,8 @@ def pairs_stay_open(
                     curvature = max(smooth, STEEP * rolling_curvature)
                 if looked == 0 and p >= 0.0 and rate > 0.0:
                     return TOUCHES, 0.0
+                if pair.edge == 0.0 and kink_distance(mesh, pair) <= rolling * over:
+                    rate += mesh.deviation_slope * rolling
                 if pair.touching == TIP_OF_1 or pair.touching == TIP_OF_2:
                     tip, turn, alpha = mesh.tip_1, most_1, alpha_1
                     other_base, other_alpha = mesh.base_2, alpha_2

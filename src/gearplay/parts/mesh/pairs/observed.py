@@ -12,7 +12,8 @@ from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
 from gearplay.kernels.layout import LOADED, OPEN, PLACES, Branch, Loads, Signal, System
 from gearplay.parts.mesh.geometry import MESH, mesh_geometry
-from gearplay.parts.mesh.pairs.forces import first_pair, pair_force
+from gearplay.parts.mesh.pairs.forces import first_pair, oblique_sums, pair_force
+from gearplay.parts.mesh.pairs.oblique import oblique_force
 from gearplay.parts.mesh.pairs.overlap import AWAY, overlap_rate, pair_overlap
 
 KIND = 9
@@ -57,7 +58,10 @@ def _force(system: System, number: int, flank: int, slot: int, modes: Ints, out:
     pair = pair_overlap(mesh, system, out, flank, slot)
     if modes[first_pair(mesh, flank) + slot] != LOADED or pair.touching == AWAY:
         return 0.0
-    rate, _, _, _ = overlap_rate(mesh, out, flank, pair)
+    rate, worn, rate_1, rate_2 = overlap_rate(mesh, out, flank, pair)
+    if mesh.varies == 1:
+        sums = oblique_sums(mesh, system, flank, pair, rate, worn, rate_1, rate_2)
+        return max(oblique_force(mesh, pair.p, sums)[0], 0.0)
     return max(pair_force(mesh, system, flank, pair, rate)[0], 0.0)
 
 

@@ -29,6 +29,15 @@ from gearplay.parts.mesh.geometry import (
     SPIN_1,
     SPIN_2,
 )
+from gearplay.parts.mesh.pairs.deviations import (
+    cubic_at,
+    least_deviation,
+    relief,
+    tilted_least,
+    tooth_deviation,
+    tooth_kept,
+)
+from gearplay.parts.mesh.pairs.oblique import least_missing, line_of_contact
 
 
 class Pair(NamedTuple):
@@ -55,6 +64,7 @@ class Pair(NamedTuple):
     by_2: float
     dev_1: float
     dev_2: float
+    dev_12: float  # their second derivative by both places
     length: float  # m, l of a corner
 
 
@@ -65,8 +75,6 @@ INTERFERING = 0.5
 """Base pitches before T1 within which teeth that interfere go on touching as involutes."""
 FAR = 0.1
 """Gap in base pitches of a pair farther away."""
-FAULT_EDGE = 0.02
-"""Part of the path over which a spall, or a chip, begins and ends."""
 STEEP = 0.01
 """Penetration over the way within a hard end of the path, by which contact begins and ends there."""
 ON_FLANK, TIP_OF_1, TIP_OF_2, AWAY = 0, 1, 2, 3
@@ -175,31 +183,6 @@ def teeth_of_pair(mesh: Any, flank: int, number: int) -> tuple[int, int]:
 
 
 @compiled_inline
-def relief(
-    amount: float, length: float, power: float, tip: float, toward: float, place: float
-) -> tuple[float, float, float]:
-    """Return tip relief [m] at a place [m] of a flank's path, its slope and curvature; ``toward`` 1 for a higher tip."""
-    if amount == 0.0:
-        return 0.0, 0.0, 0.0
-    into = toward * (place - tip) / length + 1.0
-    if into <= 0.0:
-        return 0.0, 0.0, 0.0
-    if into >= 1.0:
-        return amount, 0.0, 0.0
-    if power == 1.0:
-        return amount * into, toward * amount / length, 0.0
-    return amount * into * into, toward * 2.0 * amount * into / length, 2.0 * amount / (length * length)
-
-
-@compiled_inline
-def rise(u: float) -> tuple[float, float, float]:
-    """Return u^2 (3 - 2u) from 0 to 1 and its first two derivatives, constant beyond."""
-    if u <= 0.0 or u >= 1.0:
-        return (0.0 if u <= 0.0 else 1.0), 0.0, 0.0
-    return u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u), 6.0 - 12.0 * u
-
-
-@compiled_inline
 def flank_rows(mesh: Any, flank: int, number: int) -> tuple[int, int]:
     """Return the first rows of `System.terms` of both flanks of pair ``number``, -1 for a gear of perfect teeth.
 
@@ -216,94 +199,22 @@ def flank_rows(mesh: Any, flank: int, number: int) -> tuple[int, int]:
 
 
 @compiled_inline
-def height_at(low: float, high: float, place: float) -> tuple[float, float]:
-    """Return a place [m] on a flank's path from 0 at its root end to 1 at the tip, held beyond, and its slope [1/m]."""
-    x = (place - low) / (high - low)
-    if x <= 0.0 or x >= 1.0:
-        return min(max(x, 0.0), 1.0), 0.0
-    return x, 1.0 / (high - low)
-
-
-@compiled_inline
-def cubic_at(system: System, first: int, last: int, place: float) -> tuple[float, float, float]:
-    """Return a piecewise cubic at a place, its slope and curvature; held beyond its ends.
-
-    Rows ``first`` to ``last`` of `System.spline` are (start, c0, c1, c2, c3), the last only its end.
-    """
-    row = first
-    while row < last - 1 and system.spline[row + 1, 0] <= place:
-        row += 1
-    x = place - system.spline[row, 0]
-    longest = system.spline[row + 1, 0] - system.spline[row, 0]
-    held = x < 0.0 or x > longest
-    x = min(max(x, 0.0), longest)
-    c = system.spline[row]
-    slope = 0.0 if held else c[2] + x * (2.0 * c[3] + 3.0 * x * c[4])
-    bend = 0.0 if held else 2.0 * c[3] + 6.0 * x * c[4]
-    return c[1] + x * (c[2] + x * (c[3] + x * c[4])), slope, bend
-
-
-@compiled_inline
-def tooth_deviation(
-    system: System, at: int, rows: int, low: float, high: float, place: float
-) -> tuple[float, float, float]:
-    """Return material missing on a flank [m] at a place [m] of its path, its slope and curvature; ``at`` of `flank_rows`.
-
-    dev = pitch + slope (x - 1/2) + form sin(pi x) + bow (2 x - 1)^2 + spall + worn profile, x of `height_at`.
-    """
-    if at < 0:
-        return 0.0, 0.0, 0.0
-    row = system.terms[at]
-    x, by = height_at(low, high, place)
-    angle = math.pi * x
-    form = row[2] * math.sin(angle)
-    deviation = row[0] + row[1] * (x - 0.5) + form
-    slope = by * (row[1] + math.pi * row[2] * math.cos(angle))
-    bend = -math.pi * math.pi * by * by * form
-    if rows > 1:
-        bow, away = system.terms[at + 1, 0], 2.0 * x - 1.0
-        deviation += bow * away * away
-        slope += by * 4.0 * bow * away
-        bend += by * by * 8.0 * bow
-        depth = system.terms[at + 2, 0]
-        if depth != 0.0:
-            up, up_1, up_2 = rise((x - system.terms[at + 1, 1]) / FAULT_EDGE + 0.5)
-            down, down_1, down_2 = rise((system.terms[at + 1, 2] - x) / FAULT_EDGE + 0.5)
-            by_edge = by / FAULT_EDGE
-            deviation += depth * up * down
-            slope += depth * by_edge * (up_1 * down - up * down_1)
-            bend += depth * by_edge * by_edge * (up_2 * down - 2.0 * up_1 * down_1 + up * down_2)
-    if rows > 4 and system.terms[at + 4, 1] > 0.0:
-        first = int(system.terms[at + 4, 0])
-        worn, by_x, by_xx = cubic_at(system, first, first + int(system.terms[at + 4, 1]), x)
-        deviation += worn
-        slope += by * by_x
-        bend += by * by * by_xx
-    return deviation, slope, bend
-
-
-@compiled_inline
-def tooth_kept(
-    system: System, at: int, rows: int, low: float, high: float, place: float
-) -> tuple[float, float]:
-    """Return the share of the stiffness that faults of a flank's tooth leave at a place [m] of its path, and its slope [1/m]."""
-    if at < 0 or rows == 1:
-        return 1.0, 0.0
-    x, by = height_at(low, high, place)
-    start, middle, end = system.terms[at + 3, 0], system.terms[at + 3, 1], system.terms[at + 3, 2]
-    rising, bend = 4.0 * middle - 3.0 * start - end, 2.0 * (start + end) - 4.0 * middle
-    whole, by_whole = 1.0 - start - x * (rising + bend * x), -by * (rising + 2.0 * bend * x)
-    lost, by_lost, _ = rise((x - system.terms[at + 2, 1]) / FAULT_EDGE + 0.5)
-    share = system.terms[at + 2, 2]
-    left = 1.0 - share * lost
-    return whole * left, by_whole * left - whole * share * by_lost * by / FAULT_EDGE
-
-
-@compiled_inline
 def deviations(
-    mesh: Any, system: System, flank: int, number: int, rho_1: float, rho_2: float
-) -> tuple[float, float, float, float, float]:
-    """Return the material missing on both flanks of a pair [m], its slopes by both places and its curvatures."""
+    mesh: Any, system: System, flank: int, number: int, rho_1: float, rho_2: float, place: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return the material missing on both flanks of a pair [m], its slopes by both places, second derivatives 1 1, 2 2, 1 2.
+
+    Where it varies along an oblique line of contact the least along the line.
+    """
+    at_1, at_2 = -1, -1
+    if mesh.toothing_1 >= 0 or mesh.toothing_2 >= 0:
+        at_1, at_2 = flank_rows(mesh, flank, number)
+    if mesh.varies == 1:
+        line = line_of_contact(mesh, rho_1, rho_2, place, at_1, at_2)
+        least, m_1, m_2, m_11, m_22, m_12 = least_missing(mesh, system, line)
+        pitch = system.terms[at_1, 0] if at_1 >= 0 else 0.0
+        pitch += system.terms[at_2, 0] if at_2 >= 0 else 0.0
+        return pitch + least, m_1, m_2, m_11, m_22, m_12
     found, by_1, bend_1 = relief(
         mesh.relief_1, mesh.relief_length_1, mesh.relief_power_1, mesh.tip_length_1, 1.0, rho_1
     )
@@ -311,22 +222,12 @@ def deviations(
         mesh.relief_2, mesh.relief_length_2, mesh.relief_power_2, mesh.tip_length_2, -mesh.s, rho_2
     )
     found += other
-    if mesh.toothing_1 >= 0 or mesh.toothing_2 >= 0:
-        at_1, at_2 = flank_rows(mesh, flank, number)
+    if at_1 >= 0 or at_2 >= 0:
         of_1, slope_1, curve_1 = tooth_deviation(system, at_1, mesh.rows_1, mesh.low_1, mesh.high_1, rho_1)
         of_2, slope_2, curve_2 = tooth_deviation(system, at_2, mesh.rows_2, mesh.low_2, mesh.high_2, rho_2)
         found += of_1 + of_2
         by_1, by_2, bend_1, bend_2 = by_1 + slope_1, by_2 + slope_2, bend_1 + curve_1, bend_2 + curve_2
-    return found, by_1, by_2, bend_1, bend_2
-
-
-@compiled_inline
-def least_deviation(system: System, at: int, low: float, high: float, place: float) -> float:
-    """Return a bound of `tooth_deviation` [m] from below: pitch, slope and the least of form; all else takes material away."""
-    if at < 0:
-        return 0.0
-    row = system.terms[at]
-    return row[0] + row[1] * (height_at(low, high, place)[0] - 0.5) + min(row[2], 0.0)
+    return found, by_1, by_2, bend_1, bend_2, 0.0
 
 
 @compiled_inline
@@ -336,6 +237,8 @@ def largest_overlap(mesh: Any, system: System, out: Floats, flank: int, line: Li
     if part_in_touch(mesh, rho_1, rho_2) == AWAY:
         return out[P_D + flank] - FAR * mesh.base_pitch
     at_1, at_2 = flank_rows(mesh, flank, number)
+    if mesh.varies == 1:
+        return out[P_D + flank] - (tilted_least(system, at_1) + tilted_least(system, at_2))
     one = least_deviation(system, at_1, mesh.low_1, mesh.high_1, rho_1)
     other = least_deviation(system, at_2, mesh.low_2, mesh.high_2, rho_2)
     first = relief(mesh.relief_1, mesh.relief_length_1, mesh.relief_power_1, mesh.tip_length_1, 1.0, rho_1)
@@ -412,7 +315,7 @@ def numbered_pair(mesh: Any, system: System, out: Floats, flank: int, line: Line
     s, A, alpha = mesh.s, out[DISTANCE], line.alpha
     place, rho_1, rho_2 = places_of_pair(mesh, line, number)
     place -= mesh.shift
-    dev, by_1, by_2, dev_1, dev_2 = deviations(mesh, system, flank, number, rho_1, rho_2)
+    dev, by_1, by_2, dev_1, dev_2, dev_12 = deviations(mesh, system, flank, number, rho_1, rho_2, place)
     p = out[P_D + flank] - dev
     sine = out[SIN_W]
     by_a, p_1, p_2 = s * sine, mesh.base_1, -s * mesh.base_2
@@ -436,13 +339,13 @@ def numbered_pair(mesh: Any, system: System, out: Floats, flank: int, line: Line
     penetration, edge = p, 0.0
     if touching == AWAY:
         p = penetration = out[P_D + flank] - FAR * mesh.base_pitch
-        by_1 = by_2 = dev_1 = dev_2 = 0.0
+        by_1 = by_2 = dev_1 = dev_2 = dev_12 = 0.0
     elif inside * STEEP < p:
         penetration = inside * STEEP
         edge = STEEP if rho_1 - mesh.start < mesh.end - rho_1 else -STEEP
     return Pair(
         p, penetration, edge, place, rho_1, rho_2, number, touching,
-        by_a, p_1, p_2, bend_aa, bend_az, bend_zz, by_1, by_2, dev_1, dev_2, length,
+        by_a, p_1, p_2, bend_aa, bend_az, bend_zz, by_1, by_2, dev_1, dev_2, dev_12, length,
     )  # fmt: skip
 
 

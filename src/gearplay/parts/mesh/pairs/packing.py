@@ -14,6 +14,7 @@ from gearplay.parts.mesh.teeth_stiffness import stiffness_over_path
 from gearplay.parts.mesh.train import geometry
 from gearplay.parts.protocol import Packing
 from gearplay.toothing.gear import DrawnGear, inv
+from gearplay.toothing.iso6336 import parabola
 from gearplay.toothing.pair import GearPair
 from gearplay.toothing.path_stiffness import PathStiffness, cubic_places, cubics
 
@@ -77,6 +78,7 @@ def pack_pairs(packing: Packing, j: int, m: Any, numbers: tuple[int, int]) -> No
     m.pairs = math.ceil((high - low) / pair.first.base_pitch) + SPARE
     m.middle = 0.5 * (low + high)
     m.fades = int(pair.overlap > 0.0)
+    m.oblique, m.path_start, m.path_end = 0.5 * pair.overlap, path.start, path.end
     m.corners = int(mesh.tip_contact and not m.fades)
     m.start, m.end = (-math.inf, math.inf) if m.corners else (low, high)
     ends = (path.start, path.end), (line - path.end, line - path.start)
@@ -101,8 +103,11 @@ def pack_pairs(packing: Packing, j: int, m: Any, numbers: tuple[int, int]) -> No
             slope += steepest / width
             bend += most_curved / width**2
     m.deviation_slope, m.deviation_curvature = slope, bend
+    m.varies = int(m.fades and slope > 0.0)
     if found is None:
         return
+    if m.varies:
+        m.density, m.kappa = found.peak / pair.overlap, parabola(pair.contact_ratio)
     table = single_table(found)
     m.stiffest = float(np.max(found.held(np.linspace(low, high, 401))))
     m.stiffness_start, m.stiffness_count = len(packing.spline), len(table)

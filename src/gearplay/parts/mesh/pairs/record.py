@@ -37,6 +37,12 @@ PAIR_FIELDS: Final = (
     ("envelope", "i8"),  # 1 where one stiffness acts on the deepest pair of each flank
     ("ring_drives", "i8"),
     ("corners", "i8"),  # 1 where tips touch beyond the path
+    ("varies", "i8"),  # 1 where relief or profile deviations vary along oblique lines of contact
+    ("oblique", "f8"),  # m, half the way by which the contact shifts along the path over the facewidth
+    ("path_start", "f8"),  # m, ends of the installed path of contact
+    ("path_end", "f8"),
+    ("density", "f8"),  # N/m per m of that way, largest stiffness of a pair
+    ("kappa", "f8"),  # of its parabola over the path
     ("fades", "i8"),  # 1 where damping follows the stiffness of the pair, as along oblique lines of contact
     ("base_pitch", "f8"),  # m
     ("pair_phase", "f8"),  # rad, phase of the teeth in their places less the mesh phase

@@ -29,7 +29,7 @@ from gearplay.parts.mesh.geometry import (
     fill_psi,
 )
 from gearplay.parts.mesh.pairs.envelope import deepest_slot, lead_of
-from gearplay.parts.mesh.pairs.forces import fading, first_pair
+from gearplay.parts.mesh.pairs.forces import fading, first_pair, oblique_sums
 from gearplay.parts.mesh.pairs.friction import SLIDING, grip_of
 from gearplay.parts.mesh.pairs.overlap import (
     AWAY,
@@ -59,13 +59,14 @@ S_A, S_A_RATE, S_PHI_RATE, LEAN, LEAN_SLOPE, E_1, E_2 = range(SHARED, SHARED + 7
 # sums over the pairs; rates of both gears against the line of centres in the drive flank's sense; deepest pair of each flank;
 SUM_A, SUM_1, SUM_2, RATE_1, RATE_2, DEEPEST, DEEPEST_BACK = range(SHARED + 7, SHARED + 14)
 # then for each pair, with an envelope for the lead and the next of each flank: force, its slopes by overlap, rate, both places
-# and the mesh phase, the fields of `overlap.Pair`, friction over normal force and its slope by the sliding speed [s/m].
+# and the mesh phase, the fields of `overlap.Pair`, friction over normal force and its slope by the sliding speed [s/m]; of
+# oblique lines of contact the force's slopes by the rates of both places.
 PAIRS = SHARED + 14
 (
     F, F_P, F_R, F_1, F_2, F_PSI, BY_A, BY_1, BY_2, AA, AZ, ZZ, TIP, DEV_1, DEV_2, BEND_1, BEND_2, EDGE, P_RATE, RHO, GRIP,
-    GRIP_SLOPE,
-) = range(22)  # fmt: skip
-COLUMNS = 22
+    GRIP_SLOPE, BEND_12, F_RATE_1, F_RATE_2,
+) = range(25)  # fmt: skip
+COLUMNS = 25
 LEADING = 2
 """Pairs of each flank that an envelope stores."""
 
@@ -84,9 +85,37 @@ def _store(row: Floats, at: int, pair: Pair) -> None:
     row[at + TIP] = 1.0 if pair.touching == TIP_OF_1 else 2.0 if pair.touching == TIP_OF_2 else 0.0
     row[at + DEV_1], row[at + DEV_2] = pair.by_1, pair.by_2
     row[at + BEND_1], row[at + BEND_2], row[at + EDGE] = pair.dev_1, pair.dev_2, pair.edge
-    row[at + RHO] = pair.rho_1
-    for column in (F, F_P, F_R, F_1, F_2, F_PSI, GRIP, GRIP_SLOPE):
+    row[at + RHO], row[at + BEND_12] = pair.rho_1, pair.dev_12
+    for column in (F, F_P, F_R, F_1, F_2, F_PSI, GRIP, GRIP_SLOPE, F_RATE_1, F_RATE_2):
         row[at + column] = 0.0
+
+
+@compiled_inline
+def _store_oblique(
+    mesh: Any,
+    system: System,
+    row: Floats,
+    at: int,
+    flank: int,
+    pair: Pair,
+    rates: tuple[float, float, float, float],
+) -> None:
+    """Fill the slopes of the force of an oblique line of contact, of its deepest point's penetration as everywhere.
+
+    ``rates`` of `overlap_rate`. F = J + c M, c = C(p) / K_max, J and M integrals of `oblique.sums_over_line` by P = p + min d.
+    """
+    rate, worn, rate_1, rate_2 = rates
+    sums = oblique_sums(mesh, system, flank, pair, rate, worn, rate_1, rate_2)
+    steeper, damping = flank_slopes(mesh, 0.0, pair.p, sums.rate / mesh.stiffest, ON_RAMP, 0)
+    c = damping / mesh.stiffest
+    by_overlap, by_rate = sums.stiffness + c * sums.rate_p, c * sums.stiffness
+    row[at + F_P], row[at + F_R] = by_overlap + steeper, by_rate
+    row[at + F_1] = sums.force_1 + c * sums.rate_1 + by_overlap * pair.by_1
+    row[at + F_1] += by_rate * (pair.dev_1 * rate_1 + pair.dev_12 * rate_2)
+    row[at + F_2] = sums.force_2 + c * sums.rate_2 + by_overlap * pair.by_2
+    row[at + F_2] += by_rate * (pair.dev_12 * rate_1 + pair.dev_2 * rate_2)
+    row[at + F_RATE_1] = c * sums.rate_by_1 + by_rate * pair.by_1
+    row[at + F_RATE_2] = c * sums.rate_by_2 + by_rate * pair.by_2
 
 
 @compiled_once
@@ -116,19 +145,23 @@ def linearise_pairs(system: System, n: int, branch: Branch, loads: Loads, row: F
             k = first_pair(mesh, flank) + slot
             at = column_of(mesh, flank, slot)
             pair = pair_overlap(mesh, system, out, flank, slot)
-            rate, _, rate_1, _ = overlap_rate(mesh, out, flank, pair)
+            rates = overlap_rate(mesh, out, flank, pair)
+            rate = rates[0]
             _store(row, at, pair)
-            row[at + P_RATE] = penetration_rate(pair, rate, rate_1)
+            row[at + P_RATE] = penetration_rate(pair, rate, rates[2])
             row[at + F] = loads.contacts[k, FORCE]
             if row[at + F] != 0.0 and pair.touching != AWAY:
-                stiffness, k_1, k_2 = pair_stiffness(mesh, system, flank, pair)
-                share = fading(mesh, stiffness)
-                row[at + F_P], by_rate = flank_slopes(mesh, stiffness, pair.p, share * rate, ON_RAMP, 0)
-                row[at + F_R] = share * by_rate
-                by_k = pair.p
-                if mesh.fades == 1:
-                    by_k += flank_damping(mesh, pair.p, ON_RAMP, 0) * rate / mesh.stiffest
-                row[at + F_1], row[at + F_2] = k_1 * by_k, k_2 * by_k
+                if mesh.varies == 1:
+                    _store_oblique(mesh, system, row, at, flank, pair, rates)
+                else:
+                    stiffness, k_1, k_2 = pair_stiffness(mesh, system, flank, pair)
+                    share = fading(mesh, stiffness)
+                    row[at + F_P], by_rate = flank_slopes(mesh, stiffness, pair.p, share * rate, ON_RAMP, 0)
+                    row[at + F_R] = share * by_rate
+                    by_k = pair.p
+                    if mesh.fades == 1:
+                        by_k += flank_damping(mesh, pair.p, ON_RAMP, 0) * rate / mesh.stiffest
+                    row[at + F_1], row[at + F_2] = k_1 * by_k, k_2 * by_k
                 if mesh.friction > 0.0 and row[at + F] > 0.0:
                     row[at + GRIP], row[at + GRIP_SLOPE] = grip_of(mesh, loads.contacts[k, SLIDING])
             if loads.contacts[k, PENETRATION] > deepest:

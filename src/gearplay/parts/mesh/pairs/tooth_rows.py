@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gearplay.parts.mesh import faults
 from gearplay.parts.mesh.drawn_gears import tooth_faults
-from gearplay.parts.mesh.pairs.overlap import FAULT_EDGE
+from gearplay.parts.mesh.pairs.deviations import FAULT_EDGE
 from gearplay.parts.mesh.train import geometry
 from gearplay.toothing.cracks import Crack, crack_losses, with_bore
 from gearplay.toothing.gear import DrawnGear
@@ -58,7 +58,7 @@ def tooth_rows(
 
     """
     gear = (pair.first, pair.second)[which]
-    deviating = _deviation_rows(case, name, gear, member)
+    deviating = _deviation_rows(case, name, gear, member, spread=pair.overlap > 0.0)
     broken = [fault for _, fault in tooth_faults(case, name)]
     if not broken:
         return deviating
@@ -132,19 +132,23 @@ def _losses(stiffness: PathStiffness, which: int, crack: Crack) -> Floats:
     return found if which == 0 else found[::-1]
 
 
-def _deviation_rows(case: "Train", name: str, gear: DrawnGear, member: tuple[int, int]) -> Floats | None:
+def _deviation_rows(
+    case: "Train", name: str, gear: DrawnGear, member: tuple[int, int], *, spread: bool
+) -> Floats | None:
     """Return rows (pitch, slope, form) [m] of material missing, two a tooth; None without deviations.
 
     A flank that stands counter-clockwise of its place has less material where the tooth lies on the counter-clockwise side of it.
-    Of helical gears pitch alone: profile deviations vary along their lines of contact.
+    Drawn for helical gears without form, whose sine along an oblique line of contact has no closed form, and without slope unless
+    contact is ``spread`` over a facewidth.
     """
     given, zero = geometry.gear_of(case, name), np.zeros(gear.teeth)
     if given.quality is not None:
         seed = [*member, *geometry.full_name(case, name).encode()]
-        varying = float(gear.helix_angle == 0.0)
+        forms = float(gear.helix_angle == 0.0)
+        slopes = 1.0 if spread else forms
         drawn = draw_deviations(gear, given.quality, np.random.default_rng(seed))
         flanks = {
-            side: np.column_stack([each.pitch, zero + varying * each.slope, zero + varying * each.form])
+            side: np.column_stack([each.pitch, zero + slopes * each.slope, zero + forms * each.form])
             for side, each in (("left", drawn.left), ("right", drawn.right))
         }
     elif given.deviations is not None:
