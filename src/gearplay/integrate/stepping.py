@@ -4,12 +4,14 @@ A step that ends at a communication point leaves the learnt step length and the 
 not change leaves no trace; one that does is a jump of the right-hand side at the start of a step.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from gearplay.integrate import dispatch
-from gearplay.integrate.implicit import H_EXPLICIT, IN_USE, TRACED
+from gearplay.integrate.implicit import GROWTH, H_EXPLICIT, IN_USE, TRACED
+from gearplay.integrate.method_choice import GROWS, SHRINKS
 from gearplay.integrate.restart import evaluate, restart
 from gearplay.integrate.run import (
     BEGUN,
@@ -44,6 +46,8 @@ from gearplay.parts.registry import POSITIONER, SERVO
 DRIVE_INPUT, LOAD_INPUT, SPEED_INPUT, ANGLE_INPUT = range(4)
 # Effect of a change of inputs: none, a new derivative, a new active set.
 UNCHANGED, JUMPS, RESTARTS = range(3)
+MOST_PARTS = 100.0
+"""Implicit steps up to a communication point that are made equally long."""
 # Slots of Held.clock: end of the present step [s].
 UNTIL = 0
 
@@ -78,8 +82,9 @@ class StepBatch(Group):
     status: Ints  # [member]
 
 
-# Slots of StepBatch.place: the present member, the last but one, the present step; whether it is loaded, and in a step.
-MEMBER, BEHIND, STEP, PHASE = range(4)
+# Slots of StepBatch.place: the first member, the last but one, the present one, the present step; whether it is loaded, and in a
+# step.
+FIRST, BEHIND, MEMBER, STEP, PHASE = range(5)
 UNLOADED, LOADED, STEPPING = range(3)
 
 
@@ -189,6 +194,26 @@ def change_inputs(system: System, run: Run, held: Held) -> int:
     return DONE
 
 
+@compiled_inline
+def learn_step(run: Run, h: float, taken: float) -> None:
+    """Learn the length of the next step from one of ``taken`` [s] that a communication point cut short, where h [s] was to be taken.
+
+    An explicit one shows nothing of longer ones. An implicit one has an error estimate, and all of an interval are equally long:
+    the factors of its equations stay, so the length changes only where that pays.
+    """
+    clock, implicit = run.clock, run.implicit
+    if implicit.numbers[IN_USE] == 0:
+        clock[H] = max(h, clock[H])
+        return
+    growth = implicit.sizes[GROWTH]
+    if growth < SHRINKS:
+        clock[H] = taken * growth
+    elif growth >= GROWS:
+        clock[H] = max(h, taken * min(growth, 2.0))
+    else:
+        clock[H] = h
+
+
 @compiled_once
 def advance_to(system: System, run: Run, t_end: float, steps: int) -> int:
     """Advance to a communication point t_end [s] by at most ``steps`` steps; return a status, PAUSED before it is reached."""
@@ -202,19 +227,16 @@ def advance_to(system: System, run: Run, t_end: float, steps: int) -> int:
     for _ in range(steps):
         if log_is_full(run):
             counts[LOGGED] = 0
-        t, h, burst, rejected = clock[T], clock[H], counts[BURST], counts[REJECTED]
-        left = end - t
-        # Two halves rather than an implicit step and a rest: guesses go on from steps of like lengths.
-        halved = implicit[IN_USE] == 1 and h < left < 2.0 * h
-        clock[T_END] = t + 0.5 * left if halved else end
+        t, h, burst, rejected, method = clock[T], clock[H], counts[BURST], counts[REJECTED], implicit[IN_USE]
+        parts = 1.0
+        if method == 1 and (end - t) < MOST_PARTS * h:
+            parts = max(1.0, math.ceil((1.0 - 1e-9) * (end - t) / h))
+        clock[T_END] = end if parts == 1.0 else t + (end - t) / parts
         status = advance(system, run, 1)
-        if status == DONE and counts[BURST] == burst and counts[REJECTED] == rejected:
-            # The step was cut short: what is known of the next one is the longer of its length and its growth.
-            grown = clock[H]
-            if implicit[IN_USE] == 1 and grown > h:
-                grown *= (clock[T] - t) / h
-            clock[H] = max(h, grown)
-        if status != PAUSED and not (halved and status == DONE):
+        same = counts[BURST] == burst and counts[REJECTED] == rejected and implicit[IN_USE] == method
+        if status == DONE and same:
+            learn_step(run, h, clock[T] - t)
+        if status != PAUSED and not (parts > 1.0 and status == DONE):
             return status
     return PAUSED
 
@@ -288,4 +310,5 @@ def step_members(system: System, run: Run, held: Held, batch: StepBatch, steps: 
         place[MEMBER], place[PHASE] = m + 1, UNLOADED
         if left <= 0 and place[MEMBER] < place[BEHIND]:
             return PAUSED
+    place[MEMBER] = place[FIRST]
     return DONE

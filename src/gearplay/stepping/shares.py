@@ -59,9 +59,8 @@ class Share:
 
     def begin(self, first: int, last: int, arrays: dict[str, Any]) -> None:
         """Take over a share of the members, ``first`` to ``last`` - 1, and the arrays of all."""
-        place = np.array([last, last, 0, UNLOADED], dtype=np.int64)
-        self.batch = StepBatch(place=place, words=self.words, **arrays)
-        self._place = np.array([first, last, 0, UNLOADED], dtype=np.int64)
+        self._place = (first, last, first, 0, UNLOADED)
+        self.batch = StepBatch(place=np.array(self._place, dtype=np.int64), words=self.words, **arrays)
         self._first_call = bound(step_members, self.system, self.run, self.held, self.batch, FIRST)
 
     def load(self) -> None:
@@ -71,14 +70,18 @@ class Share:
 
     def take(self, stop: threading.Event | None = None) -> None:
         """Take the steps of all members of the share; leave them where they are once ``stop`` is set."""
-        self.batch.place[:] = self._place
-        if self._first_call() == kernel.DONE:
-            return
-        while stop is None or not stop.is_set():
-            began = time.perf_counter()
-            if bound(step_members, self.system, self.run, self.held, self.batch, self.steps)() == kernel.DONE:
+        try:
+            if self._first_call() == kernel.DONE:
                 return
-            self.steps = next_steps(self.steps, time.perf_counter() - began)
+            while stop is None or not stop.is_set():
+                began = time.perf_counter()
+                if bound(step_members, self.system, self.run, self.held, self.batch, self.steps)() == kernel.DONE:
+                    return
+                self.steps = next_steps(self.steps, time.perf_counter() - began)
+        except BaseException:
+            self.batch.place[:] = self._place
+            raise
+        self.batch.place[:] = self._place
 
 
 class Table:
