@@ -74,7 +74,7 @@ class StepBatch(Group):
 
     place: Ints  # slots below
     words: Ints  # the block of the reused run
-    states: IntRows  # [member, word], the blocks of all members
+    states: IntRows  # [member, word], the words of all members between their steps
     values: Rows  # [member, input] in use
     inputs: Cubes  # [step, member, input]
     outputs: Cubes  # [step, member, output]
@@ -83,8 +83,8 @@ class StepBatch(Group):
 
 
 # Slots of StepBatch.place: the first member, the last but one, the present one, the present step; whether it is loaded, and in a
-# step.
-FIRST, BEHIND, MEMBER, STEP, PHASE = range(5)
+# step; where in its block the words begin that it has without the implicit method.
+FIRST, BEHIND, MEMBER, STEP, PHASE, QUIET_WORDS = range(6)
 UNLOADED, LOADED, STEPPING = range(3)
 
 
@@ -256,20 +256,25 @@ def observe_now(system: System, run: Run) -> None:
 @compiled_once
 def load_member(system: System, run: Run, held: Held, batch: StepBatch, m: int) -> None:
     """Bring the run and the inputs to those of member m."""
-    if batch.states.shape[0] > 1:  # one alone lives in the run
-        for k in range(batch.words.size):
-            batch.words[k] = batch.states[m, k]
+    words, states, first = batch.words, batch.states, batch.place[QUIET_WORDS]
+    if states.shape[0] > 1:  # one alone lives in the run
+        for k in range(first, states.shape[1]):
+            words[k] = states[m, k]
+        if run.implicit.numbers[IN_USE] == 1:
+            for k in range(first):
+                words[k] = states[m, k]
     for k in range(held.values.size):
         if held.values[k] != batch.values[m, k]:
             set_input(system, held, k, batch.values[m, k])
 
 
 @compiled_once
-def store_member(held: Held, batch: StepBatch, m: int) -> None:
+def store_member(run: Run, held: Held, batch: StepBatch, m: int) -> None:
     """Keep the run and the inputs of member m."""
-    if batch.states.shape[0] > 1:
-        for k in range(batch.words.size):
-            batch.states[m, k] = batch.words[k]
+    words, states = batch.words, batch.states
+    if states.shape[0] > 1:
+        for k in range(0 if run.implicit.numbers[IN_USE] == 1 else batch.place[QUIET_WORDS], states.shape[1]):
+            states[m, k] = words[k]
     for k in range(held.values.size):
         batch.values[m, k] = held.values[k]
 
@@ -306,7 +311,7 @@ def step_members(system: System, run: Run, held: Held, batch: StepBatch, steps: 
                 batch.outputs[s, m, c] = run.rows[c, 0] if status == DONE else np.nan
             batch.status[m] = status
             place[STEP], place[PHASE] = s + 1, LOADED
-        store_member(held, batch, m)
+        store_member(run, held, batch, m)
         place[MEMBER], place[PHASE] = m + 1, UNLOADED
         if left <= 0 and place[MEMBER] < place[BEHIND]:
             return PAUSED

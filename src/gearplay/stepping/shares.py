@@ -53,13 +53,13 @@ class Share:
             settings.fixed_step,
             by_stage=settings.fixed_step_contacts == "stage",
         )
-        self.run, self.words = in_one_block(made)
+        self.run, self.words, (self.quiet, self.size) = in_one_block(made)
         self.fresh, self.batch = self.words.copy(), StepBatch(*_nothing(self.words))
         self.steps = FIRST
 
     def begin(self, first: int, last: int, arrays: dict[str, Any]) -> None:
         """Take over a share of the members, ``first`` to ``last`` - 1, and the arrays of all."""
-        self._place = (first, last, first, 0, UNLOADED)
+        self._place = (first, last, first, 0, UNLOADED, self.quiet)
         self.batch = StepBatch(place=np.array(self._place, dtype=np.int64), words=self.words, **arrays)
         self._first_call = bound(step_members, self.system, self.run, self.held, self.batch, FIRST)
 
@@ -90,7 +90,7 @@ class Table:
     def __init__(self, shares: Sequence[Share], batch: int, inputs: Sequence[Input]) -> None:
         self.shares, words = shares, shares[0].words
         # One member alone lives in its run.
-        self.states = words[None] if batch == 1 else np.empty((batch, words.size), dtype=np.int64)
+        self.states = words[None] if batch == 1 else np.empty((batch, shares[0].size), dtype=np.int64)
         self.values = np.zeros((batch, len(inputs)))
         self.status = np.zeros(batch, dtype=np.int64)
         self._bounds = [batch * n // len(shares) for n in range(len(shares) + 1)]
@@ -114,7 +114,7 @@ class Table:
 
     def reset(self, starts: Floats, values: Floats) -> None:
         """Bring every member to a start at t = 0, shape [member, state], and its inputs to ``values``."""
-        self.states[:] = self.shares[0].fresh
+        self.states[:] = self.shares[0].fresh[: self.states.shape[1]]
         for name in ("y", "y_new", "y_try"):
             self.column(name)[:] = starts
         self.values[:], self.status[:] = values, 0
