@@ -49,14 +49,36 @@ _OUTSIDE = ("columns", "wanted_rotors", "wanted_elements", "needed", "free_state
 """Arrays of a run that stay as they are: requests, outputs, and scratch of samples."""
 WHILE_IMPLICIT = {
     f"implicit.{name}"
-    for name in ("places", "positions", "velocities", "real", "complex", "first", "unknowns", "last", "older", "weights")
+    for name in (
+        "places",
+        "positions",
+        "velocities",
+        "real",
+        "complex",
+        "first",
+        "unknowns",
+        "last",
+        "older",
+        "weights",
+    )
 }
 """Arrays that are read between steps while the implicit method is in use, and written anew when it is taken up."""
 WITHIN_STEP = {
     *(f"implicit.{name}" for name in ("k", "nodes", "differences", "dense", "error_weight", "rest")),
     *(f"implicit.{name}" for name in ("beside", "whole", "bodies", "right", "right_complex")),
-    *(f"{name}.{array}" for name in ("loads", "loads_inside", "loads_try") for array in ("contacts", "rotors", "out")),
-    *("loads_0.rotors", "loads_0.out", "slopes.elements", "slopes.rotors", "slopes.unbalances", "slopes.force"),
+    *(
+        f"{name}.{array}"
+        for name in ("loads", "loads_inside", "loads_try")
+        for array in ("contacts", "rotors", "out")
+    ),
+    *(
+        "loads_0.rotors",
+        "loads_0.out",
+        "slopes.elements",
+        "slopes.rotors",
+        "slopes.unbalances",
+        "slopes.force",
+    ),
     *("dy_try", "g_1", "g_try", "row", "times"),
 }
 """Arrays that a step writes before it reads them."""

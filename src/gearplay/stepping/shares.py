@@ -75,7 +75,10 @@ class Share:
                 return
             while stop is None or not stop.is_set():
                 began = time.perf_counter()
-                if bound(step_members, self.system, self.run, self.held, self.batch, self.steps)() == kernel.DONE:
+                if (
+                    bound(step_members, self.system, self.run, self.held, self.batch, self.steps)()
+                    == kernel.DONE
+                ):
                     return
                 self.steps = next_steps(self.steps, time.perf_counter() - began)
         except BaseException:
