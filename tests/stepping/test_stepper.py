@@ -72,9 +72,11 @@ def test_interrupted_motion_is_that_of_one_run(name: str, dt: float) -> None:
     assert stepper.time == pytest.approx(0.01, abs=1e-15)
 
 
-@pytest.mark.parametrize("name", ["two-stage-reducer", "torsional-train", "external-pair"])
+@pytest.mark.parametrize(
+    "name", ["two-stage-reducer", "torsional-train", "external-pair", "planetary-reducer"]
+)
 def test_communication_points_keep_step_length_and_method(name: str) -> None:
-    """Each costs a step or two: right-hand sides in proportion, implicit where the run is, whose steps are half a millisecond."""
+    """Each costs half a step at most: implicit steps of an interval are equally long, some half a millisecond."""
     case = gp.load_case(name)
     stepper, span = gp.Stepper(case), 0.05
     course = Course(case, pack(case), stepper.state)
@@ -82,8 +84,8 @@ def test_communication_points_keep_step_length_and_method(name: str) -> None:
     for _ in range(round(span / 1e-3)):
         stepper.step(1e-3)
     counts = counts_of(stepper)
-    assert counts[kernel.STEPS] <= course.run.counts[kernel.STEPS] + 2.0 * span / 1e-3
-    assert counts[kernel.CALLS] <= 1.35 * course.run.counts[kernel.CALLS]
+    assert counts[kernel.STEPS] <= course.run.counts[kernel.STEPS] + 0.7 * span / 1e-3
+    assert counts[kernel.CALLS] <= 1.1 * course.run.counts[kernel.CALLS]
 
 
 @pytest.mark.parametrize(("tolerance", "error"), [(1e-6, 1e-8), (1e-7, 1e-9), (1e-13, 1e-12)])

@@ -12,12 +12,8 @@ from numpy.typing import NDArray
 
 from gearplay.integrate import run as kernel
 from gearplay.integrate.members import in_one_block
-from gearplay.integrate.stepping import (
-    UNLOADED,
-    StepBatch,
-    set_input,
-    step_members,
-)
+from gearplay.integrate.step_members import UNLOADED, StepBatch, step_members
+from gearplay.integrate.stepping import set_input
 from gearplay.kernels.compiled_once import bound
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
