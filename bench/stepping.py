@@ -42,7 +42,7 @@ def compare(name, rounds):
     last = list(case.rotors)[-1]
     stepper = gp.Stepper(case, inputs=LOOPS[name], outputs=[f"{last}.omega", f"{last}.theta"])
     start, packed, times = stepper.state, pack(case), []
-    values = np.array([each.start for each in stepper._inputs])
+    values = np.array([each.start for each in stepper._inputs]) if LOOPS[name] else None
     for _ in range(rounds):
         course = Course(case, packed, start)
         stepper.reset(states=start)
