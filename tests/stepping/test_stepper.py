@@ -1,6 +1,7 @@
 """`Stepper`: exact motions, nothing lost at communication points, members of a batch like steppers of their own."""
 
 import gc
+import operator
 import tracemalloc
 from collections.abc import Callable
 from typing import Any
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from gearplay.integrate import implicit, members
 from gearplay.integrate import run as kernel
 from gearplay.model.pack import pack
 from gearplay.solver.flow import Flow
@@ -25,12 +27,12 @@ def stepped(pair: Pair, **more: Any) -> gp.Stepper:
 
 @pytest.mark.parametrize(("pair", "count"), [(D1, 40), (D2, 100)], ids=["1 ms", "100 us"])
 def test_two_inertias_with_play_follow_the_exact_motion(pair: Pair, count: int) -> None:
-    """Angles to 1e-12 rad; speeds to what is left of the last bits of a touch's time, as damping sets in with a jump."""
+    """Angles to 1e-14 rad; speeds to the last bits of a touch's time, as damping sets in with a jump."""
     stepper, exact = stepped(pair), Exact(pair)
     for i in range(count):
         found, wanted = stepper.step(pair.dt, [pair.torque(i)]), exact.step(pair.torque(i))
-        assert np.abs(found - wanted)[[0, 2]].max() < 1e-12, i
-        assert np.abs(found - wanted)[[1, 3]].max() < 2e-10, i
+        assert np.abs(found - wanted)[[0, 2]].max() < 1e-14, i
+        assert np.abs(found - wanted)[[1, 3]].max() < 6e-12, i
 
 
 PUBLISHED = {
@@ -50,7 +52,8 @@ def test_two_inertias_with_play_meet_the_table_of_the_specification(name: str) -
         if i + 1 in rows:
             wanted = np.array(rows[i + 1])
             assert np.abs(found - wanted)[[0, 2]].max() < 1e-12
-            assert np.abs(found - wanted)[[1, 3]].max() < 2e-10
+            # The table's last row of speeds is 1e-11 off the matrix exponentials, too.
+            assert np.abs(found - wanted)[[1, 3]].max() < (2e-11 if i == 99 else 1e-12)
 
 
 @pytest.mark.parametrize("dt", [1e-3, 1e-5])
@@ -69,9 +72,11 @@ def test_interrupted_motion_is_that_of_one_run(name: str, dt: float) -> None:
     assert stepper.time == pytest.approx(0.01, abs=1e-15)
 
 
-@pytest.mark.parametrize("name", ["two-stage-reducer", "torsional-train", "external-pair"])
+@pytest.mark.parametrize(
+    "name", ["two-stage-reducer", "torsional-train", "external-pair", "planetary-reducer"]
+)
 def test_communication_points_keep_step_length_and_method(name: str) -> None:
-    """Each costs a step or two: right-hand sides in proportion, implicit where the run is, whose steps are half a millisecond."""
+    """Each costs half a step at most: implicit steps of an interval are equally long, some half a millisecond."""
     case = gp.load_case(name)
     stepper, span = gp.Stepper(case), 0.05
     course = Course(case, pack(case), stepper.state)
@@ -79,8 +84,8 @@ def test_communication_points_keep_step_length_and_method(name: str) -> None:
     for _ in range(round(span / 1e-3)):
         stepper.step(1e-3)
     counts = counts_of(stepper)
-    assert counts[kernel.STEPS] <= course.run.counts[kernel.STEPS] + 2.0 * span / 1e-3
-    assert counts[kernel.CALLS] <= 1.35 * course.run.counts[kernel.CALLS]
+    assert counts[kernel.STEPS] <= course.run.counts[kernel.STEPS] + 0.7 * span / 1e-3
+    assert counts[kernel.CALLS] <= 1.1 * course.run.counts[kernel.CALLS]
 
 
 @pytest.mark.parametrize(("tolerance", "error"), [(1e-6, 1e-8), (1e-7, 1e-9), (1e-13, 1e-12)])
@@ -217,6 +222,27 @@ def test_members_of_a_batch_move_as_steppers_of_their_own(threads: int) -> None:
         alone = stepped(D1)
         alone.reset(states=start[m])
         assert np.array_equal(alone.rollout(D1.dt, u[:, m]), single[:, m]), m
+
+
+def overwrite(share: Any) -> None:
+    """Make numbers of everything in a share's run that no member is said to have between its steps."""
+    quiet = share.run.implicit.numbers[implicit.IN_USE] == 0
+    for name in sorted(members.WITHIN_STEP | (members.WHILE_IMPLICIT if quiet else set())):
+        array = operator.attrgetter(name)(share.run)
+        array[...] = np.nan if array.dtype.kind in "fc" else 1
+
+
+@pytest.mark.parametrize("name", ["external-pair", "two-stage-reducer", "han2021", "pinion-idler-ring"])
+def test_members_need_no_more_than_the_words_that_are_stored(name: str) -> None:
+    """Bit for bit the same where everything else is overwritten between steps; implicit ones, impacts and free motion."""
+    case = gp.load_case(name)
+    outputs = [f"{list(case.rotors)[-1]}.{signal}" for signal in ("omega", "ax")]
+    batch, other = (gp.Stepper(case, outputs=outputs, batch=2, threads=1) for _ in range(2))
+    assert batch._table.states.shape[1] < 0.8 * batch._table.shares[0].words.size
+    for _ in range(40):
+        overwrite(other._table.shares[0])
+        assert np.array_equal(batch.step(1e-3), other.step(1e-3))
+    assert np.array_equal(batch.state, other.state)
 
 
 def test_members_start_where_the_seed_puts_them() -> None:

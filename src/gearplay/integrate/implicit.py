@@ -35,10 +35,10 @@ NUMBERS = 15
 # Slots of Implicit.sizes: lengths [s] of the last step traced, of the one that the factors are for, of the last explicit one; how
 # fast Newton's method converges; lengths of the step traced before the last, and of the three that the weights are for; what a
 # Jacobian costs, and steps since they were counted last, in right-hand sides; the shortest step that three stages would have
-# taken lately.
+# taken lately; by which factor the error estimate of the last step lets the next one be longer.
 H_TRACED, H_FACTORED, H_EXPLICIT, CONTRACTION, H_OLDER = range(5)
-WEIGHED_H, WEIGHED_TRACED, WEIGHED_OLDER, COST, WORK, SHORT = range(5, 11)
-SIZES = 11
+WEIGHED_H, WEIGHED_TRACED, WEIGHED_OLDER, COST, WORK, SHORT, GROWTH = range(5, 12)
+SIZES = 12
 
 FIRST_BACKOFF, MOST_BACKOFF = 12, 200  # explicit steps without an event after which it is tried
 LARGEST = 240

@@ -116,7 +116,8 @@ def trace(run: Run, h: float) -> None:
     kept, states, numbers = run.implicit, run.active_set.states, run.implicit.numbers
     for c in range(1, states[0] + 1):
         s = states[c]
-        kept.older[0, s], kept.older[1, s] = kept.last[0, s], kept.last[1, s]
+        for stage in range(2):  # zero without a step before, as are their weights
+            kept.older[stage, s] = kept.last[stage, s] if numbers[TRACED] > 0 else 0.0
         for stage in range(STAGES[numbers[METHOD]]):
             kept.last[stage, s] = kept.k[stage, s]
     kept.sizes[H_OLDER], kept.sizes[H_TRACED] = kept.sizes[H_TRACED], h

@@ -4,7 +4,7 @@ All arrays that a run changes lie in one block of memory. A new run is a copy of
 copy and its results are those of a run of its own, bit for bit.
 """
 
-from collections.abc import Container, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -47,6 +47,43 @@ LEAD, END, INTERVAL = range(3)
 
 _OUTSIDE = ("columns", "wanted_rotors", "wanted_elements", "needed", "free_states", "shown", "rows", "log")
 """Arrays of a run that stay as they are: requests, outputs, and scratch of samples."""
+WHILE_IMPLICIT = {
+    f"implicit.{name}"
+    for name in (
+        "places",
+        "positions",
+        "velocities",
+        "real",
+        "complex",
+        "first",
+        "unknowns",
+        "last",
+        "older",
+        "weights",
+    )
+}
+"""Arrays that are read between steps while the implicit method is in use, and written anew when it is taken up."""
+WITHIN_STEP = {
+    *(f"implicit.{name}" for name in ("k", "nodes", "differences", "dense", "error_weight", "rest")),
+    *(f"implicit.{name}" for name in ("beside", "whole", "bodies", "right", "right_complex")),
+    *(
+        f"{name}.{array}"
+        for name in ("loads", "loads_inside", "loads_try")
+        for array in ("contacts", "rotors", "out")
+    ),
+    *(
+        "loads_0.rotors",
+        "loads_0.out",
+        "slopes.elements",
+        "slopes.rotors",
+        "slopes.unbalances",
+        "slopes.force",
+    ),
+    *("dy_try", "g_1", "g_try", "row", "times"),
+}
+"""Arrays that a step writes before it reads them."""
+COMMON = {"change", "scale", "natural", "stops"}
+"""Arrays that are the same between the steps of all members."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,25 +128,34 @@ def make_batch(
     )
 
 
-def in_one_block(run: Run) -> tuple[Run, Ints]:
-    """Return a copy of a run whose arrays, those of `_OUTSIDE` aside, are views of one block, and the block."""
-    arrays = {id(array): array for array in _arrays(run, _OUTSIDE)}  # loads share some
-    words = np.empty(sum(array.nbytes for array in arrays.values()) // 8, dtype=np.int64)
-    views, at = {}, 0
-    for key, array in arrays.items():
+def in_one_block(run: Run) -> tuple[Run, Ints, tuple[int, int]]:
+    """Return a copy of a run whose arrays, those of `_OUTSIDE` aside, are views of one block, the block, and two places in it.
+
+    From the first to the second place are the words that a member has between its steps, in front of them those that it has
+    in addition while the implicit method is in use. Behind the second one nothing belongs to a member.
+    """
+    arrays: dict[int, tuple[int, NDArray[Any]]] = {}
+    for name, array in _arrays(run):
+        part = 0 if name in WHILE_IMPLICIT else 2 if name in WITHIN_STEP | COMMON else 1
+        arrays.setdefault(id(array), (part, array))  # loads share some
+    words = np.empty(sum(array.nbytes for _, array in arrays.values()) // 8, dtype=np.int64)
+    views, at, ends = {}, 0, [0, 0, 0]
+    for key, (part, array) in sorted(arrays.items(), key=lambda item: item[1][0]):
         view = words[at : at + array.nbytes // 8].view(array.dtype).reshape(array.shape)
         view[...] = array
         views[key], at = view, at + array.nbytes // 8
-    return _moved(run, views), words
+        ends[part:] = [at] * (3 - part)
+    return _moved(run, views), words, (ends[0], ends[1])
 
 
-def _arrays(group: Any, leave: Container[str] = ()) -> Iterator[NDArray[Any]]:
+def _arrays(group: Any, within: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield the arrays of a group with their names, ``implicit.k``."""
     for field in fields(group):
-        value = getattr(group, field.name)
+        value, name = getattr(group, field.name), within + field.name
         if isinstance(value, Group):
-            yield from _arrays(value)
-        elif field.name not in leave:
-            yield value
+            yield from _arrays(value, f"{name}.")
+        elif name not in _OUTSIDE:
+            yield name, value
 
 
 def _moved(group: Any, views: dict[int, NDArray[Any]]) -> Any:

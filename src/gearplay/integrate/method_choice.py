@@ -8,6 +8,7 @@ from gearplay.integrate.implicit import (
     BACKOFF,
     FACTORED,
     FIRST_BACKOFF,
+    GROWTH,
     H_EXPLICIT,
     H_OLDER,
     HELD,
@@ -160,6 +161,7 @@ def take_quiet_step(system: System, run: Run, stop: float, longest: float) -> in
     if status != DONE:
         return status
     growth = 0.8 * max(error, 1e-12) ** (-1.0 / order_of(run))
+    sizes[GROWTH] = growth
     changes = growth < SHRINKS or growth >= (GROWS if part <= sizes[H_OLDER] else GROWS_AGAIN)
     longer = h
     if part < h:  # what was cut short says nothing of longer ones

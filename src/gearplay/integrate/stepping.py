@@ -4,12 +4,14 @@ A step that ends at a communication point leaves the learnt step length and the 
 not change leaves no trace; one that does is a jump of the right-hand side at the start of a step.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from gearplay.integrate import dispatch
-from gearplay.integrate.implicit import H_EXPLICIT, IN_USE, TRACED
+from gearplay.integrate.implicit import GROWTH, H_EXPLICIT, IN_USE, TRACED
+from gearplay.integrate.method_choice import GROWS, SHRINKS
 from gearplay.integrate.restart import evaluate, restart
 from gearplay.integrate.run import (
     BEGUN,
@@ -25,7 +27,6 @@ from gearplay.integrate.run import (
     ROWS,
     SAMPLE_INTERVAL,
     SAMPLE_START,
-    STEPS,
     T_END,
     H,
     Run,
@@ -33,7 +34,7 @@ from gearplay.integrate.run import (
 )
 from gearplay.integrate.sampling import record_samples
 from gearplay.integrate.stepper import advance, log_is_full
-from gearplay.kernels.arrays import Cubes, Floats, IntRows, Ints, Rows
+from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -44,6 +45,8 @@ from gearplay.parts.registry import POSITIONER, SERVO
 DRIVE_INPUT, LOAD_INPUT, SPEED_INPUT, ANGLE_INPUT = range(4)
 # Effect of a change of inputs: none, a new derivative, a new active set.
 UNCHANGED, JUMPS, RESTARTS = range(3)
+MOST_PARTS = 100.0
+"""Implicit steps up to a communication point that are made equally long."""
 # Slots of Held.clock: end of the present step [s].
 UNTIL = 0
 
@@ -62,25 +65,6 @@ class Held(Group):
     pulls: Ints  # [rotor], word of `Joined.numbers` that its torque is part of, -1 for none
     rest: Floats  # [rotor], that word without it
     clock: Floats  # slots above
-
-
-@dataclass(frozen=True, eq=False)
-class StepBatch(Group):
-    """Members that take the same steps, each with its own inputs; one thread has a share of them."""
-
-    place: Ints  # slots below
-    words: Ints  # the block of the reused run
-    states: IntRows  # [member, word], the blocks of all members
-    values: Rows  # [member, input] in use
-    inputs: Cubes  # [step, member, input]
-    outputs: Cubes  # [step, member, output]
-    ends: Floats  # [step], length of each [s]
-    status: Ints  # [member]
-
-
-# Slots of StepBatch.place: the present member, the last but one, the present step; whether it is loaded, and in a step.
-MEMBER, BEHIND, STEP, PHASE = range(4)
-UNLOADED, LOADED, STEPPING = range(3)
 
 
 def make_held(system: System, kinds: Ints, places: Ints, signs: Floats, values: Floats) -> Held:
@@ -189,6 +173,26 @@ def change_inputs(system: System, run: Run, held: Held) -> int:
     return DONE
 
 
+@compiled_inline
+def learn_step(run: Run, h: float, taken: float) -> None:
+    """Learn the next step's length from a step of ``taken`` [s] that an interval made shorter than h [s].
+
+    An explicit one shows nothing of longer ones. An implicit one has an error estimate, and all of an interval are equally long:
+    the factors of its equations stay, so the length changes only where that pays.
+    """
+    clock, implicit = run.clock, run.implicit
+    if implicit.numbers[IN_USE] == 0:
+        clock[H] = max(h, clock[H])
+        return
+    growth = implicit.sizes[GROWTH]
+    if growth < SHRINKS:
+        clock[H] = taken * growth
+    elif growth >= GROWS:
+        clock[H] = max(h, taken * min(growth, 2.0))
+    else:
+        clock[H] = h
+
+
 @compiled_once
 def advance_to(system: System, run: Run, t_end: float, steps: int) -> int:
     """Advance to a communication point t_end [s] by at most ``steps`` steps; return a status, PAUSED before it is reached."""
@@ -202,19 +206,16 @@ def advance_to(system: System, run: Run, t_end: float, steps: int) -> int:
     for _ in range(steps):
         if log_is_full(run):
             counts[LOGGED] = 0
-        t, h, burst, rejected = clock[T], clock[H], counts[BURST], counts[REJECTED]
-        left = end - t
-        # Two halves rather than an implicit step and a rest: guesses go on from steps of like lengths.
-        halved = implicit[IN_USE] == 1 and h < left < 2.0 * h
-        clock[T_END] = t + 0.5 * left if halved else end
+        t, h, burst, rejected, method = clock[T], clock[H], counts[BURST], counts[REJECTED], implicit[IN_USE]
+        parts = 1.0
+        if method == 1 and (end - t) < MOST_PARTS * h:
+            parts = max(1.0, math.ceil((1.0 - 1e-9) * (end - t) / h))
+        clock[T_END] = end if parts == 1.0 else t + (end - t) / parts
         status = advance(system, run, 1)
-        if status == DONE and counts[BURST] == burst and counts[REJECTED] == rejected:
-            # The step was cut short: what is known of the next one is the longer of its length and its growth.
-            grown = clock[H]
-            if implicit[IN_USE] == 1 and grown > h:
-                grown *= (clock[T] - t) / h
-            clock[H] = max(h, grown)
-        if status != PAUSED and not (halved and status == DONE):
+        same = counts[BURST] == burst and counts[REJECTED] == rejected and implicit[IN_USE] == method
+        if status == DONE and same:
+            learn_step(run, h, clock[T] - t)
+        if status != PAUSED and not (parts > 1.0 and status == DONE):
             return status
     return PAUSED
 
@@ -229,63 +230,3 @@ def observe_now(system: System, run: Run) -> None:
     counts[NEXT_SAMPLE] = counts[LAST_SAMPLE] = counts[ROWS] = 0
     record_samples(system, run, 1.0, clock[T])
     counts[LAST_SAMPLE] = -1
-
-
-@compiled_once
-def load_member(system: System, run: Run, held: Held, batch: StepBatch, m: int) -> None:
-    """Bring the run and the inputs to those of member m."""
-    if batch.states.shape[0] > 1:  # one alone lives in the run
-        for k in range(batch.words.size):
-            batch.words[k] = batch.states[m, k]
-    for k in range(held.values.size):
-        if held.values[k] != batch.values[m, k]:
-            set_input(system, held, k, batch.values[m, k])
-
-
-@compiled_once
-def store_member(held: Held, batch: StepBatch, m: int) -> None:
-    """Keep the run and the inputs of member m."""
-    if batch.states.shape[0] > 1:
-        for k in range(batch.words.size):
-            batch.states[m, k] = batch.words[k]
-    for k in range(held.values.size):
-        batch.values[m, k] = held.values[k]
-
-
-@compiled_once
-def step_members(system: System, run: Run, held: Held, batch: StepBatch, steps: int) -> int:
-    """Take all steps of each member in turn, by at most ``steps`` steps of the integrator; return DONE, or PAUSED before.
-
-    A member that fails has its status, and outputs that are NaN from there on.
-    """
-    place, count, left = batch.place, batch.ends.size, steps
-    while place[MEMBER] < place[BEHIND]:
-        m = place[MEMBER]
-        if place[PHASE] == UNLOADED:
-            load_member(system, run, held, batch, m)
-            place[PHASE], place[STEP] = LOADED, 0
-        while place[STEP] < count:
-            s, status = place[STEP], batch.status[m]
-            if status == DONE and place[PHASE] == LOADED:
-                for k in range(held.values.size):
-                    held.wanted[k] = batch.inputs[s, m, k]
-                held.clock[UNTIL] = run.clock[T] + batch.ends[s]
-                status = change_inputs(system, run, held)
-                place[PHASE] = STEPPING
-            if status == DONE:
-                before = run.counts[STEPS]
-                status = advance_to(system, run, held.clock[UNTIL], max(left, 1))
-                left -= run.counts[STEPS] - before
-                if status == PAUSED:
-                    return PAUSED
-            if status == DONE:
-                observe_now(system, run)
-            for c in range(batch.outputs.shape[2]):
-                batch.outputs[s, m, c] = run.rows[c, 0] if status == DONE else np.nan
-            batch.status[m] = status
-            place[STEP], place[PHASE] = s + 1, LOADED
-        store_member(held, batch, m)
-        place[MEMBER], place[PHASE] = m + 1, UNLOADED
-        if left <= 0 and place[MEMBER] < place[BEHIND]:
-            return PAUSED
-    return DONE

@@ -94,20 +94,23 @@ class FromPython:
         return self.bind(args)()
 
     def bind(self, args: tuple[Any, ...]) -> Callable[[], Any]:
-        """Return a function of no arguments that calls it with these, converted once; arrays may change their content."""
+        """Return a function of no arguments that calls it with these, converted once; arrays may change their content.
+
+        One thread at a time may call it, as the result has one place in memory.
+        """
         if len(args) != len(self.parameters):
             raise TypeError(f"{self.name} takes {len(self.parameters)} arguments")
         words: list[Any] = []
         for parameter, value in zip(self.parameters, args, strict=True):
             parameter.append(words, value)
 
-        def call() -> Any:
-            result, fault = self.result(), ctypes.c_void_p()
-            if self.function(ctypes.addressof(result), ctypes.addressof(fault), *words) != 0:
-                raise IndexError(f"{self.name}: beyond the bounds of an array")
-            if self.one:
-                return result.at_0
-            return tuple([getattr(result, place) for place in self.places])
+        function, result, fault = self.function, self.result(), ctypes.c_void_p()
+        words[:0] = (ctypes.addressof(result), ctypes.addressof(fault))
 
-        call.arguments = args  # type: ignore[attr-defined] # alive as long as their addresses are used
+        def call() -> Any:
+            if function(*words) != 0:
+                raise IndexError(f"{self.name}: beyond the bounds of an array")
+            return result.at_0 if self.one else tuple([getattr(result, place) for place in self.places])
+
+        call.arguments = args, fault  # type: ignore[attr-defined] # alive as long as their addresses are used
         return call

@@ -46,7 +46,7 @@ class ReusedRun:
             LOG_CAPACITY,
             1.0,
         )
-        self.run, self.words = kernel.in_one_block(made)
+        self.run, self.words, _ = kernel.in_one_block(made)
         self.blank, self.build = self.words.copy(), build_of(packed, places)
         self.fresh, self.steps = self.blank, FIRST_STEPS
 

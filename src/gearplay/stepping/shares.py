@@ -12,12 +12,8 @@ from numpy.typing import NDArray
 
 from gearplay.integrate import run as kernel
 from gearplay.integrate.members import in_one_block
-from gearplay.integrate.stepping import (
-    UNLOADED,
-    StepBatch,
-    set_input,
-    step_members,
-)
+from gearplay.integrate.step_members import UNLOADED, StepBatch, step_members
+from gearplay.integrate.stepping import set_input
 from gearplay.kernels.compiled_once import bound
 from gearplay.model.case import Case
 from gearplay.model.pack import Packed
@@ -53,15 +49,14 @@ class Share:
             settings.fixed_step,
             by_stage=settings.fixed_step_contacts == "stage",
         )
-        self.run, self.words = in_one_block(made)
+        self.run, self.words, (self.quiet, self.size) = in_one_block(made)
         self.fresh, self.batch = self.words.copy(), StepBatch(*_nothing(self.words))
         self.steps = FIRST
 
     def begin(self, first: int, last: int, arrays: dict[str, Any]) -> None:
         """Take over a share of the members, ``first`` to ``last`` - 1, and the arrays of all."""
-        place = np.array([last, last, 0, UNLOADED], dtype=np.int64)
-        self.batch = StepBatch(place=place, words=self.words, **arrays)
-        self._place = np.array([first, last, 0, UNLOADED], dtype=np.int64)
+        self._place = (first, last, first, 0, UNLOADED, self.quiet)
+        self.batch = StepBatch(place=np.array(self._place, dtype=np.int64), words=self.words, **arrays)
         self._first_call = bound(step_members, self.system, self.run, self.held, self.batch, FIRST)
 
     def load(self) -> None:
@@ -71,14 +66,21 @@ class Share:
 
     def take(self, stop: threading.Event | None = None) -> None:
         """Take the steps of all members of the share; leave them where they are once ``stop`` is set."""
-        self.batch.place[:] = self._place
-        if self._first_call() == kernel.DONE:
-            return
-        while stop is None or not stop.is_set():
-            began = time.perf_counter()
-            if bound(step_members, self.system, self.run, self.held, self.batch, self.steps)() == kernel.DONE:
+        try:
+            if self._first_call() == kernel.DONE:
                 return
-            self.steps = next_steps(self.steps, time.perf_counter() - began)
+            while stop is None or not stop.is_set():
+                began = time.perf_counter()
+                if (
+                    bound(step_members, self.system, self.run, self.held, self.batch, self.steps)()
+                    == kernel.DONE
+                ):
+                    return
+                self.steps = next_steps(self.steps, time.perf_counter() - began)
+        except BaseException:
+            self.batch.place[:] = self._place
+            raise
+        self.batch.place[:] = self._place
 
 
 class Table:
@@ -87,7 +89,7 @@ class Table:
     def __init__(self, shares: Sequence[Share], batch: int, inputs: Sequence[Input]) -> None:
         self.shares, words = shares, shares[0].words
         # One member alone lives in its run.
-        self.states = words[None] if batch == 1 else np.empty((batch, words.size), dtype=np.int64)
+        self.states = words[None] if batch == 1 else np.empty((batch, shares[0].size), dtype=np.int64)
         self.values = np.zeros((batch, len(inputs)))
         self.status = np.zeros(batch, dtype=np.int64)
         self._bounds = [batch * n // len(shares) for n in range(len(shares) + 1)]
@@ -111,7 +113,7 @@ class Table:
 
     def reset(self, starts: Floats, values: Floats) -> None:
         """Bring every member to a start at t = 0, shape [member, state], and its inputs to ``values``."""
-        self.states[:] = self.shares[0].fresh
+        self.states[:] = self.shares[0].fresh[: self.states.shape[1]]
         for name in ("y", "y_new", "y_try"):
             self.column(name)[:] = starts
         self.values[:], self.status[:] = values, 0

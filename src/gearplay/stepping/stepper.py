@@ -128,6 +128,7 @@ class Stepper:
         self._dt, inputs = self._table.begin(1)
         self._u, self._all = inputs[0], self._table.outputs[0]
         self._y: Floats = self._all[0] if self.batch == 1 else self._all
+        self._shapes = (self._u.shape[1:], self._u.shape)
 
     def reset(self, seed: int | None = None, states: Any = None) -> Floats:
         """Restart at t = 0 with the inputs of the case; return the outputs, shape [output] or [member, output].
@@ -197,7 +198,7 @@ class Stepper:
         return self._take(checked_time(dt), out)
 
     def _set(self, u: Any) -> None:
-        self._u[:] = checked_inputs(u, self._u.shape[1:], self._u.shape)
+        self._u[:] = checked_inputs(u, self._shapes)
 
     def _take(self, dt: float, out: Floats | None = None) -> Floats:
         self._dt[0] = dt
@@ -231,7 +232,7 @@ class Stepper:
 
         """
         shape = (max(1, len(u)) if hasattr(u, "__len__") else 1, *self._u.shape)
-        given = checked_inputs(u, (shape[0], shape[2]), shape)
+        given = checked_inputs(u, ((shape[0], shape[2]), shape))
         length = checked_time(dt)
         with enough_memory():
             ends, inputs = self._table.begin(shape[0])

@@ -73,6 +73,8 @@ SIGNALS = (
 MEMORY: tuple[float, ...] = ()
 MODES = 1  # stage of the spring
 PER_CONTACT = 2  # switches: touch, pull
+ROUNDING = 2e-15
+"""Depth at which a touch is found, over the angles that its twist is a difference of: damping makes a torque jump there."""
 
 
 def joined_centres(records: Any) -> list[tuple[int, int]]:
@@ -223,10 +225,9 @@ def stay_open(
     phi, rate = twist(system, n, t, y)
     if (phi >= half and rate > 0.0) or (-phi >= half and rate < 0.0):
         return TOUCHES, 0.0
-    curvature, slack = (
-        _curvature(system, n, t, y, branch),
-        RESOLUTION * system.contacts[coupling.contact].natural,
-    )
+    curvature = _curvature(system, n, t, y, branch)
+    turns = abs(turn_of(system, coupling.a, t, y)) + abs(coupling.ratio * turn_of(system, coupling.b, t, y))
+    slack = min(RESOLUTION * system.contacts[coupling.contact].natural, ROUNDING * (turns + half))
     ahead = open_span(min(phi - half, 0.0) - slack, rate, curvature)
     behind = open_span(min(-phi - half, 0.0) - slack, -rate, curvature)
     return STAYS_OPEN, min(longest, ahead, behind)
