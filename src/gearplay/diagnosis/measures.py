@@ -124,7 +124,7 @@ def _fixed_comb(bands: list[BandEnvelope], frequency: float, multiples: tuple[fl
 
 
 def _shocks(rest: Channel, band: tuple[float, float]) -> float:
-    """Return the least kurtosis of the band over the quarters of a record, less that of noise: one shock is no rattle."""
+    """Return the least kurtosis of the band over the quarters of a record, less that of noise: a single shock does not count."""
     if band[1] <= band[0]:
         return 0.0
     square = envelope(rest, *band).channel.values ** 2

@@ -45,7 +45,7 @@ class Train:
         return [(i, mu) for i, mu in found if mu > 0.0 and 3 * i + 2 in free]
 
     def reset(self) -> None:
-        """Return to the nominal places, unloaded, everything sticking."""
+        """Return to the nominal positions, unloaded, all friction sticking."""
         self.linear.start()
         self.origin = self.linear.state[self.linear.free].copy()
         self.at = np.zeros(self.origin.size)
@@ -54,7 +54,7 @@ class Train:
 
     @property
     def angle(self) -> float:
-        """Rotation of the loaded rotor from its nominal place [rad]."""
+        """Rotation of the loaded rotor from its nominal position [rad]."""
         return float(self.natural[self.out] * self.at[self.out])
 
     def load(self, torque: float) -> float:

@@ -161,7 +161,7 @@ def drawn_branch(ds: xr.Dataset, name: str) -> tuple[Floats, Floats]:
 
 
 def lost_motion_of(train: Train, rated: float) -> float:
-    """Return the lost motion [rad] alone, by as few equilibria as it needs."""
+    """Return the lost motion [rad] alone, from the fewest equilibria."""
     small = SMALL * rated
     if train.friction:
         curve = _with_friction(train, rated * np.array(COARSE), 2)
