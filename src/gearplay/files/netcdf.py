@@ -167,7 +167,7 @@ def _refusing(path: Path) -> Iterator[None]:
 
 
 def load_whole(source: Path | BytesIO, size: int) -> "xr.Dataset":
-    """Load a file of so many bytes; `ValueError` where it declares more numbers than it can hold."""
+    """Load a file of a size [bytes]; `ValueError` where it declares more numbers than it can hold."""
     import xarray as xr
 
     _check_declared(source, size)

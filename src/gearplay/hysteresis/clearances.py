@@ -115,7 +115,7 @@ def _clearance_draws(case: Case) -> tuple[Random, ...]:
 
 
 def drawn_cases(design: Design, base: Case) -> list[Case]:
-    """Return the case of each draw; `InputError` where it does not take the values."""
+    """Return the case of each draw; `InputError` where the case refuses the values."""
     sample = draw(design, base)
     check_draws(design, sample, base)
     fields = [

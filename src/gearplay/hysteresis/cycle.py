@@ -82,7 +82,7 @@ def limit_at_zero(train: Train, rated: float, sign: float) -> float:
 def torque_cycle(
     train: Train, rated: float, marks: Sequence[float], *, cycles: int = 2, points: int = POINTS
 ) -> Curve:
-    """Return the curve of the last of so many cycles of the torque, 0 -> T_r -> -T_r -> T_r [N m], at ``marks`` and between."""
+    """Return the curve of the last of several cycles of the torque, 0 -> T_r -> -T_r -> T_r [N m], at ``marks`` and between."""
     shares = np.linspace(0.0, rated, points + 1)[1:]
     rising = np.unique(np.concatenate([shares, [SMALL * rated, LINEAR * rated, *marks]]))
     return _with_friction(train, rising, cycles) if train.friction else _single_valued(train, rising)

@@ -16,7 +16,7 @@ MOST_PANELS = 8
 LEAST = 0.02
 """Share of the deepest wear below which a flank has no panel."""
 STAGES = 5
-"""Most curves of a panel: so many colours of the scale can be told apart by all eyes."""
+"""Largest number of curves of a panel: colours of the scale that readers with colour blindness can distinguish."""
 
 
 def wear_drawing(ds: xr.Dataset) -> Any:

@@ -43,7 +43,7 @@ def linear_bushes(system: System) -> tuple[int, ...]:
 def act_on_both_sides(
     system: System, slopes: Slopes, state: Floats, meshes: tuple[int, ...], bushes: tuple[int, ...]
 ) -> bool:
-    """Give the slopes of meshes, linearised at ``state``, one flank that acts on both sides; return whether any slope is new.
+    """Replace the slopes of meshes, linearised at ``state``, by those of one bilateral flank; return whether any changed.
 
     Slopes of ``bushes`` (`linear_bushes`) with the journal in their centre become those of a spring in all directions.
     """

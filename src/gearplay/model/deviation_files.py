@@ -25,7 +25,7 @@ def fill_deviations(given: dict[str, Any], path: str, folder: Path) -> None:
 
 
 def _numbers(at: str, path: Path, columns: int) -> list[list[float]]:
-    """Return the rows of a text file of so many columns; a line of heads may be first."""
+    """Return the rows of a text file with a given number of columns; the first line may be a header."""
     rows: list[list[float]] = []
     for number, words in lines_of(at, path):
         try:

@@ -160,7 +160,7 @@ class Touches:
         return len(self.steps) < len(self._levers)
 
     def _levers_of(self, j: int, names: list[str], of: dict[str, int]) -> dict[int, float]:
-        """Return by which p_d of mesh j changes as groups turn [m], none that turn with it without a change."""
+        """Return the derivatives of p_d of mesh j by the rotations of groups [m/rad], without those that vanish."""
         m = self._packed.system.records[MESH][j]
         levers: dict[int, float] = {}
         for i, radius in ((m.a, m.rho_a), (m.b, m.rho_b), (m.frame, -(m.rho_a + m.rho_b))):
@@ -202,7 +202,7 @@ class Touches:
         return None if unknown else steps
 
     def _loop(self, meshes: list[int], turned: set[int], carriers: set[int]) -> _Loop:
-        """Return a loop, its carriers among what is turned only where that changes which gaps there can be."""
+        """Return a loop; its carriers are turned too only where that adds attainable gaps."""
         groups = sorted(turned)
         left, sizes, right = self._ways(meshes, groups)
         more = [*groups, *sorted(carriers)]

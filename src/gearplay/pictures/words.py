@@ -6,7 +6,7 @@ from gearplay.vocabulary.quantities import DIMENSIONS, TEMPERATURE
 
 
 def plain(text: str) -> str:
-    """Return user text that matplotlib shows as it is: ``$`` starts no formula."""
+    """Return user text escaped for matplotlib: ``$`` starts no formula."""
     return text.replace("$", r"\$")
 
 

@@ -115,7 +115,7 @@ class OfDataset(AnalysisResult):
 
 
 def case_in(dataset: xr.Dataset) -> Case:
-    """Return the case behind a dataset; `InputError` where it names none, or another than its digest is of."""
+    """Return the case behind a dataset; `InputError` where it names none, or one whose digest differs."""
     return case_of_attributes(dataset.attrs)
 
 

@@ -88,7 +88,7 @@ _registry_lock: Final = threading.Lock()
 
 
 class UnitError(ValueError):
-    """A text is no quantity of the wanted kind; `rule` and `cure` are for a `Fault`."""
+    """Raised for text that is no quantity of the requested kind; `rule` and `cure` are for a `Fault`."""
 
     def __init__(self, rule: str, cure: str) -> None:
         super().__init__(f"{rule}. {cure}.")

@@ -1,4 +1,4 @@
-"""A motion in progress: one run of the kernels, fed piece by piece, its log emptied, its limits kept."""
+"""Integration in progress: one run of the kernels, advanced in chunks, with its log and its limits."""
 
 import math
 import threading

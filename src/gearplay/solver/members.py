@@ -68,7 +68,7 @@ class ReusedRun:
 
 
 def build_of(packed: Packed, places: Ints) -> tuple[Any, ...]:
-    """Return the key of the arrays of a run: all that they depend on but the numbers that `ReusedRun.take` copies."""
+    """Return the key of the arrays of a run: all that they depend on except the numbers that `ReusedRun.take` copies."""
     system = packed.system
     tables = (
         system.elements,
@@ -103,7 +103,7 @@ class Pool:
 
 @dataclass(eq=False)
 class Members(Sequence[Trajectory]):
-    """The runs of several members of a case: each `Trajectory` is made when it is looked at.
+    """The runs of several members of a case: each `Trajectory` is made on first access.
 
     ``place`` is the number of the first among the runs of one call; a member's is so much higher.
     """

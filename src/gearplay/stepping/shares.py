@@ -70,7 +70,7 @@ class Share:
             set_input(self.system, self.held, k, value)
 
     def take(self, stop: threading.Event | None = None) -> None:
-        """Take the steps of all members of the share; leave them where they are once ``stop`` is set."""
+        """Take the steps of all members of the share; stop between steps once ``stop`` is set."""
         self.batch.place[:] = self._place
         if self._first_call() == kernel.DONE:
             return
@@ -93,7 +93,7 @@ class Table:
         self._bounds = [batch * n // len(shares) for n in range(len(shares) + 1)]
 
     def begin(self, steps: int) -> tuple[Floats, Floats]:
-        """Make room for a number of steps; return their lengths [s], shape [step], and inputs, shape [step, member, input]."""
+        """Allocate a number of steps; return their lengths [s], shape [step], and inputs, shape [step, member, input]."""
         run = self.shares[0].run
         ends, inputs = np.zeros(steps), np.zeros((steps, *self.values.shape))
         self.outputs = np.zeros((steps, len(self.values), run.columns.size))
@@ -131,7 +131,7 @@ class Table:
         return wanted.view(array.dtype)
 
     def take(self, pool: Executor | None) -> None:
-        """Take the steps that room was made for, on all threads."""
+        """Take the allocated steps, on all threads."""
         if pool is None:
             self.shares[0].take()
             return

@@ -79,7 +79,7 @@ class SampledMap(StrobeMap):
         return self._kept[parameter]
 
     def settled(self, parameter: float, returns: int) -> Settled:
-        """Return twice `MOST_SAMPLES` states of the motion after so many returns to its first contact.
+        """Return twice `MOST_SAMPLES` states of the motion after a number of returns to its first contact.
 
         Raises `SimulationError` where it comes to rest.
         """

@@ -167,7 +167,7 @@ class ServoDrive(Part):
 
     @property
     def first_speed(self) -> float:
-        """Speed wanted at t = 0 [rad/s], without a ramp."""
+        """Set-point of the speed at t = 0 [rad/s], without a ramp."""
         return self.speed if self.over_time is None else self.over_time.at_start
 
 
@@ -195,12 +195,12 @@ class MotorDrive(Part):
 
     @property
     def speed(self) -> float:
-        """Speed without load [rad/s]."""
+        """No-load speed [rad/s]."""
         return self.voltage / self.torque_constant
 
     @property
     def first_speed(self) -> float:
-        """Speed without load at the voltage of t = 0 [rad/s]."""
+        """No-load speed at the voltage at t = 0 [rad/s]."""
         return (self.voltage if self.over_time is None else self.over_time.at_start) / self.torque_constant
 
     @property
@@ -210,7 +210,7 @@ class MotorDrive(Part):
 
     @property
     def integral_gain(self) -> float:
-        """0: a motor is no spring."""
+        """Integral gain, 0: a motor has no integral term."""
         return 0.0
 
 
@@ -292,7 +292,7 @@ class CascadeDrive(Part):
 
 
 def _sample_problems(drive: "PositionDrive | CascadeDrive") -> Iterator[Problem]:
-    """Yield what needs a sampled control, and a delay that is too long."""
+    """Yield problems of fields that require a sampled control, and of a delay that is too long."""
     if drive.sample_time == 0.0:
         for name in ("delay", "resolution", "speed_resolution"):
             if getattr(drive, name) > 0.0:

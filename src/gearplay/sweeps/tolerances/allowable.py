@@ -172,7 +172,7 @@ def search_cases(plan: SweepPlan) -> int:
 
 
 def search_plan(plan: SweepPlan, tolerance: Tolerance, factor: float, *, fresh: bool = False) -> SweepPlan:
-    """Return the plan that simulates one factor of the search; ``fresh`` draws other points.
+    """Return the plan of the simulations at one factor of the search, with independent points if ``fresh``.
 
     The points of the unit cube do not depend on the factor. A saltelli design, whose points repeat values, becomes a
     ``sobol`` one.

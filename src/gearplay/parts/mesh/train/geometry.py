@@ -277,7 +277,7 @@ def centres(case: "Train") -> dict[str, tuple[float, float]]:
 
 
 def _way(case: "Train", j: int, known: str) -> tuple[float, float]:
-    """Return the vector [m] from the centre of a rotor of mesh j to the other's, at `placed_distance`."""
+    """Return the vector [m] from the centre of the rotor ``known`` of mesh j to the other one's, at `placed_distance`."""
     mesh, A0 = case.meshes[j], placed_distance(case, j)
     if mesh.angle is not None:
         step = A0 if known == mesh.rotors[0] else -A0
