@@ -93,7 +93,7 @@ def measurements_of(plan: Plan, folder: Path) -> dict[str, dict[str, dict[str, O
             t for t in plan.targets if not (isinstance(t, StatisticTarget) and t.contact is not None)
         ]  # an accelerometer measures no contacts
         if not targets:
-            rule = "must be visible in a record, and those of contacts are not"
+            rule = "must be observable in a record; statistics of contacts are not"
             raise InputError.of("targets", plan.targets, rule, "Add a line, a hump, a level or rms")
         pieces = _pieces(plan, condition, at, folder)
         ensemble = Ensemble(

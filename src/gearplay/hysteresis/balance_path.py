@@ -105,13 +105,13 @@ class Train:
             raise SimulationError("no static equilibrium: a pair cannot mesh where the case places it")
         if not found.balances:
             raise SimulationError(
-                f"no static equilibrium found at {torque:.6g} N m on {self.held.at}: forces are left over. Check that something "
-                "elastic holds every centre that is free"
+                f"no static equilibrium found at {torque:.6g} N m on {self.held.at}: the forces do not balance. Check that "
+                "something elastic holds every centre that is free"
             )
         force(found.at)
         if moving[self.out] and not abs(forces[self.out]) <= RESOLVED * (abs(torque) + rubbing):
             raise SimulationError(
-                f"{torque:.4g} N m on {self.held.at} cannot be told from rounding of the forces in the train. Raise the torque"
+                f"{torque:.4g} N m on {self.held.at} is within rounding of the forces in the train. Raise the torque"
             )
         return whole.copy(), forces.copy()
 

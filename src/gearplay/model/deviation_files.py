@@ -35,9 +35,7 @@ def _numbers(at: str, path: Path, columns: int) -> list[list[float]]:
             if not rows and number <= 2:
                 continue
         if len(row) != columns:
-            rule = (
-                f"must have {columns} numbers [um] in each line, one line a tooth, but line {number} has not"
-            )
+            rule = f"must have {columns} numbers [um] in each line, one line per tooth, but line {number} has not"
             raise InputError.of(at, shorten(path.name), rule, "Use a point as decimal sign")
         rows.append(row)
     return rows

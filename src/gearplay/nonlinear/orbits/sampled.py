@@ -101,7 +101,7 @@ class SampledMap(StrobeMap):
             elif k * period > longest:
                 raise SimulationError(
                     f"orbit: {np.count_nonzero(opened[:, 1] == first)} of {returns} returns to the first contact came within "
-                    f"{longest:.4g} s: the motion comes to rest, or goes away. Ask for fewer, or for a case that hunts."
+                    f"{longest:.4g} s: the motion comes to rest, or diverges. Ask for fewer, or for a case that hunts."
                 )
         if self.distance(states[-1], states[-2]) < STILL:
             raise SimulationError(

@@ -42,7 +42,7 @@ Ramp = Annotated[
 ]
 StartSpeed = Annotated[float, Measure(q.ANGULAR_SPEED, "speed at which a ramp begins")]
 Torque = Annotated[float, Measure(q.TORQUE, "torque, counter-clockwise positive")]
-Angle = Annotated[float, Measure(q.ANGLE, "rotation wanted")]
+Angle = Annotated[float, Measure(q.ANGLE, "set-point of the angle")]
 Voltage = Annotated[float, Measure(q.VOLTAGE, "voltage of the winding")]
 TorqueLimit = Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
 Sensor = (
@@ -113,7 +113,7 @@ class SpeedDrive(Part):
             problems.append(Problem(("ripple",), rule, "Remove one of the two"))
         total = sum(term.amplitude for term in self.ripple)
         if total >= 1.0:
-            rule = f"must have amplitudes that add up to less than 1, lest the shaft reverse; they make {total:.4g}"
+            rule = f"must have amplitudes that add up to less than 1, or the shaft reverses; they make {total:.4g}"
             problems.append(Problem(("ripple",), rule, "Lower the amplitudes"))
         if self.ripple and self.ramp > 0.0:
             rule = "must be 0 for a drive with a ripple, which has its full speed from the start"
@@ -222,7 +222,7 @@ class PositionDrive(Part):
     """
 
     kind: Literal["position"] = "position"
-    angle: Annotated[float, Measure(q.ANGLE, "rotation wanted of the sensor's rotor")]
+    angle: Annotated[float, Measure(q.ANGLE, "set-point of the rotation of the sensor's rotor")]
     proportional_gain: Annotated[
         float, Measure(q.ROTATIONAL_STIFFNESS, "gain on the error of the angle", gt=0.0)
     ]
@@ -249,23 +249,23 @@ class PositionDrive(Part):
 class CascadeDrive(Part):
     """Cascade of position, speed and current loops with a torque limit.
 
-    The position loop wants the speed ``v = ratio (position_gain (angle - theta) + feedforward angle')`` of the speed sensor's
+    The position loop requests the speed ``v = ratio (position_gain (angle - theta) + feedforward angle')`` of the speed sensor's
     rotor, by default this one, the speed loop the torque ``speed_gain (v - omega) + integral_gain integral of (v - omega)``; the
     current loop follows with ``current_time``. With a ``sample_time`` the speed loop is sampled, the position loop each
     ``position_every``-th time.
     """
 
     kind: Literal["cascade"] = "cascade"
-    angle: Annotated[float, Measure(q.ANGLE, "rotation wanted of the sensor's rotor")]
+    angle: Annotated[float, Measure(q.ANGLE, "set-point of the rotation of the sensor's rotor")]
     position_gain: Annotated[
-        float, Measure(q.ANGULAR_SPEED, "speed wanted per error of the angle [1/s]", gt=0.0)
+        float, Measure(q.ANGULAR_SPEED, "set-point of the speed per error of the angle [1/s]", gt=0.0)
     ]
     speed_gain: Annotated[float, Measure(q.ROTATIONAL_DRAG, "gain on the error of the speed", gt=0.0)]
     integral_gain: Annotated[
         float, Measure(q.ROTATIONAL_STIFFNESS, "gain on the integral of the speed's error", ge=0.0)
     ] = 0.0
     feedforward: Annotated[
-        float, Measure(q.RATIO, "share of the set-point's speed that is wanted at once", ge=0.0, le=1.0)
+        float, Measure(q.RATIO, "share of the set-point's rate that is fed forward", ge=0.0, le=1.0)
     ] = 0.0
     torque_limit: TorqueLimit
     current_time: Lag = 0.0

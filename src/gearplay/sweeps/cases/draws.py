@@ -108,7 +108,7 @@ def correlation_matrix(design: Design) -> Floats | None:
 
 
 def correlated(unit: Floats, matrix: Floats | None) -> Floats:
-    """Return unit points whose normal scores have the wanted correlations (Gaussian copula)."""
+    """Return unit points whose normal scores have the given correlations (Gaussian copula)."""
     if matrix is None:
         return unit
     from scipy.special import ndtr, ndtri
