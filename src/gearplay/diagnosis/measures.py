@@ -52,7 +52,7 @@ class GearMeasure:
 class Measures:
     """Measures of one record: statistics, gears by index, bearings' parts by (bearing, part), combs of the random residual.
 
-    ``mesh`` has for each mesh the comb of the envelope of ``rest``, what repeats with no shaft; ``events`` that of the gears of
+    ``mesh`` has for each mesh the comb of the envelope of ``rest``, which repeats with no shaft; ``events`` that of the gears of
     planetary sets, whose turns are not averaged. ``impulsive`` is the kurtosis of the most impulsive ``band`` [Hz] of the rest,
     less that of noise, in the quarter of the record where it is least; ``waveform`` that of the mean mesh period; ``rest_share``
     the part of the rest in the mean square.
@@ -185,9 +185,9 @@ def _event(found: ShaftAverage, z: int) -> tuple[float, float, int]:
 
 
 def _modulation(found: ShaftAverage, z: int) -> float:
-    """Return both first sidebands of the mesh harmonics over these, above the level of the other orders around.
+    """Return the ratio of both first sidebands to their mesh harmonics, less the level of the surrounding orders.
 
-    Harmonics that do not stand out of that level are left out: nothing of them can be modulated.
+    Harmonics that do not stand out of that level are left out.
     """
     amplitude = 2.0 * np.abs(np.fft.rfft(found.average)) / found.average.size
     sides, carriers = 0.0, 0.0

@@ -127,9 +127,9 @@ def _stiffness(train: Train) -> float:
 def numbers_of(curve: Curve, rated: float, stages: Sequence[float]) -> Numbers:
     """Return the key numbers; each is the mean of both signs of the torque.
 
-    Lost motion is between the middles of both branches at +-3 % of the rated torque, backlash between the branches at none.
-    Slopes are secants of a branch on which the torque moves away from 0, K1 of one on which it comes back to it, so that neither
-    play nor the reversal is in them.
+    Lost motion is between the middles of both branches at +-3 % of the rated torque, backlash between the branches at 0.
+    Slopes are secants of a branch on which the torque moves away from 0, for K1 of one on which it returns to 0, so that
+    neither play nor the reversal is in them.
     """
     first, second = stages
     centre = 0.5 * (curve.angle[0] + curve.angle[1])

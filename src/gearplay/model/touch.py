@@ -171,7 +171,7 @@ class Touches:
         return {g: lever for g, lever in levers.items() if abs(lever) > least}
 
     def _plan(self, known: set[int], carriers: set[int], sprung: set[int]) -> None:
-        """Part the meshes into trees, which are turned step by step, and loops."""
+        """Partition the meshes into trees, which are turned step by step, and loops."""
         free = {g for levers in self._levers for g in levers} - known
         roots = set[int]()
         for component in _components(free - carriers, self._levers):

@@ -71,7 +71,7 @@ DISPLAY = {q.unit: q for q in DIMENSIONS.values()}
 
 
 def shown_in(unit: str, largest: float) -> tuple[str, float]:
-    """Return the display unit of values up to ``largest`` [unit], and how many of it are one ``unit``.
+    """Return the display unit of values up to ``largest`` [unit], and the factor from ``unit`` to it.
 
     To temperatures, in °C, comes `offset_in`.
 

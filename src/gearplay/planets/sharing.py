@@ -189,7 +189,7 @@ def static_sharing(case: Case, name: str | None) -> LoadSharing:
 
 
 def moving_sharing(result: Result, name: str | None, member: int) -> LoadSharing:
-    """Return how planets share the load along a simulated motion."""
+    """Return the load sharing of the planets along a simulated motion."""
     case = result.case
     members = members_of(case, name)
     labels = [mesh.label for mesh in case.meshes]

@@ -105,7 +105,7 @@ def placed(case: Case) -> dict[str, Any]:
 
 
 def _outline_of(gear: DrawnGear) -> dict[str, float]:
-    """Return what draws a gear's teeth, transverse: ``shift`` is what the profile shift adds to their half angle [rad]."""
+    """Return the transverse outline data of a gear's teeth; ``shift`` is the half angle added by the profile shift [rad]."""
     module, sign = gear.transverse_module, gear.sign
     return {
         "module": module,

@@ -213,7 +213,7 @@ class _Block:
         return watch.reason_to_stop(-1 - self.place, self.wanted.case, reached, -1)
 
     def _end_all(self, run: Run, reason: Status) -> None:
-        """End the present member and all after it where they are."""
+        """End the present member and all later ones at their present times."""
         place, at = self.batch.place, int(self.batch.place[kernel.MEMBER])
         while place[kernel.MEMBER] < len(self.numbers):
             if place[kernel.PHASE] == kernel.UNBEGUN:

@@ -40,7 +40,7 @@ EQUAL: Final = 1e-9
 def sample_time(packed: Packed) -> float | None:
     """Return the time [s] between two samples of a case that only sampled controls excite, None for another.
 
-    Of loops whose position loop is sampled less often the time between two of its samples. Raises `InputError` for loops with
+    Where the position loop is sampled less often, its sample time counts. Raises `InputError` for loops with
     different times.
     """
     loops: Any = packed.system.records[POSITIONER]
