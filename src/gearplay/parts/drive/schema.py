@@ -174,7 +174,7 @@ class ServoDrive(Part):
 class MotorDrive(Part):
     """Motor at a voltage u: ``inductance i' + resistance i + torque_constant omega = u``, torque ``torque_constant i``.
 
-    The current is a state, 0 at the start; the rotor starts with the speed without load, unless ``initial.omega`` is given.
+    The current is a state, 0 at the start; the rotor starts with the no-load speed, unless ``initial.omega`` is given.
     """
 
     kind: Literal["motor"] = "motor"
