@@ -365,7 +365,7 @@ def ross():
         ours.append(best(own))
     ratios = [a / b for a, b in zip(theirs, ours, strict=True)]
     return [
-        f"{what}: {min(theirs):.1f} s per simulated second. Ours on `external-pair`, the like of it (300 N m, 1000 rpm, both"
+        f"{what}: {min(theirs):.1f} s per simulated second. gearplay on the comparable `external-pair` (300 N m, 1000 rpm, both"
         f" gears in linear bearings), {min(ours):.3f} s: least of three in turn, {spread(ratios)} times less.",
         "",
         diagram(min(theirs) * 2.0 * np.pi / (ross_peer.SPEED * ross_peer.POINTS)),

@@ -1,4 +1,4 @@
-"""The entrance: the script ``gearplay`` and ``python -m gearplay``."""
+"""Entry point of the script ``gearplay`` and of ``python -m gearplay``."""
 
 import gc
 

@@ -49,9 +49,9 @@ def test_plan__names_the_place_of_a_missing_case(plan: Path, capsys: pytest.Capt
     assert run(["sweep", "../plans/plan.toml", "--dry-run"]) == INPUT
     said = capsys.readouterr().err
     assert said.startswith(
-        'case = "own.toml": must be a bundled case, or a file whose path counts from the plan\'s folder: '
+        'case = "own.toml": must be a bundled case, or a file relative to the plan\'s folder: '
     )
-    assert "../plans/own.toml is not there." in said
+    assert "../plans/own.toml does not exist." in said
     assert "Traceback" not in said
 
 

@@ -119,7 +119,7 @@ def test_table__stands_for_the_parts_and_is_written_as_itself(tmp_path: Path) ->
     changed = gp.load_case(CASE, [f"{FREQUENCY}=0.8", "torsional_pair.damping_ratio=0.1", "run.seed=3"])
     made = gp.torsional_pair(0.8, force=0.05, damping_ratio=0.1)
     assert (changed.rotors, changed.meshes, changed.run.seed) == (made.rotors, made.meshes, 3)
-    with pytest.raises(gp.InputError, match="must be left out beside rotors and meshes"):
+    with pytest.raises(gp.InputError, match="must be left out where rotors and meshes are given"):
         gp.load_case({**document, **gp.load_case("external-pair").resolved()})
     with pytest.raises(gp.InputError, match=r"torsional_pair\.frequency = -1: must be"):
         gp.load_case({**document, "torsional_pair": {"frequency": -1}})

@@ -71,7 +71,7 @@ def _takes_files(folder: Path) -> bool:
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Let one process at a time build in a folder: the next finds it done."""
+    """Hold the lock of a folder, so that one process at a time builds there."""
     while (handle := try_lock(folder / ".lock")) is None:
         time.sleep(0.1)
     try:
@@ -81,7 +81,7 @@ def _alone(folder: Path) -> Iterator[None]:
 
 
 def _forget_old(folder: Path) -> None:
-    """Remove libraries of other sources but the latest, and object files that no build has used for long."""
+    """Remove libraries of other sources except the latest, and object files unused for long."""
     others = [file for file in folder.glob("gearplay-*-*") if f"-{SOURCES}-" not in file.name]
     for file in sorted(others, key=lambda each: each.stat().st_mtime)[: -(STAYING - 1)]:
         file.unlink(missing_ok=True)

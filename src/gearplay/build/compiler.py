@@ -130,7 +130,7 @@ class _GroupAttributes(AttributeTemplate):
 
 
 def _load(builder: Any, table: Any, slot: int, kind: Any) -> Any:
-    """Emit the load of a word that never changes: read once it need not be read again, whatever is written in between."""
+    """Emit the load of a constant word, marked as invariant: stores in between do not force it to be read again."""
     place = builder.gep(table, [ir.Constant(ir.IntType(64), 8 * slot)], source_etype=ir.IntType(8))
     word = builder.load(place, typ=kind)
     word.set_metadata("invariant.load", builder.module.add_metadata([]))
@@ -216,7 +216,7 @@ class KernelType(types.Callable):
 
 @register_model(KernelType)
 class _KernelModel(models.OpaqueModel):
-    """Nothing: the linker puts in the address."""
+    """Data model without a value: the linker resolves the address."""
 
 
 @cache

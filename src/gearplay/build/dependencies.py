@@ -21,7 +21,7 @@ from gearplay.kernels.signatures import Signed
 
 
 def key_of(kernel: Signed, *options: object) -> str:
-    """Return the key of a kernel's machine code for options of the compiler."""
+    """Return the key of a kernel's machine code under given compiler options."""
     found: dict[str, str] = {}
     _follow(kernel.py_func, found)
     compiler = (numba.__version__, llvmlite.__version__, config.BOUNDSCHECK)  # type: ignore[attr-defined]
@@ -56,7 +56,7 @@ def _digest(code: CodeType) -> str:
 
 
 def _globals_of(code: CodeType, names: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield what code refers to by name: of a module, whatever it has by the names of attributes in that code."""
+    """Yield the names and values of the globals that code refers to; of a module those of its attributes that the code names."""
     for name in code.co_names:
         if name in names:
             yield from _members(name, names[name], code)
@@ -90,7 +90,7 @@ def _signature(kernel: Signed) -> str:
 
 @cache
 def _form(hint: Any) -> str:
-    """Return how the numbers of an annotation lie in memory."""
+    """Return the memory layout of an annotated type."""
     if not (isinstance(hint, type) and issubclass(hint, Group)):
         return str(hint)
     inner = [_form(shape) for shape in hint.shapes().values() if isinstance(shape, type)]

@@ -14,14 +14,14 @@ from gearplay.kernels.library import SOURCES, LibraryError, content_digest
 
 
 def system_compiler(target: str) -> str | None:
-    """Return the C compiler of this system where it links for a platform; None where zig has to."""
+    """Return the system's C compiler if it can link for a platform; None where zig links."""
     if target != host() or sys.platform == "win32":
         return None
     return shutil.which("cc") or shutil.which("clang") or shutil.which("gcc")
 
 
 def linker(target: str) -> list[str]:
-    """Return the command that links for a platform: ``cc`` for this one where there is one, else zig.
+    """Return the linker command of a platform: the system's ``cc`` if it can link for it, else zig.
 
     Raises `LibraryError` where there is neither.
     """

@@ -67,7 +67,7 @@ def object_files(
 
 
 def _kept(folder: Path, key: str) -> Path:
-    """Return the object file of a key, which stays for as long as builds use it."""
+    """Return the object file of a key; update its time of modification, since unused files are removed."""
     file = _find(folder, key)
     if file is None:
         raise LibraryError(f"{folder / key}-*.o was removed or damaged during the build. Start again.")
@@ -76,12 +76,12 @@ def _kept(folder: Path, key: str) -> Path:
 
 
 def _length(name: str) -> int:
-    """Return how long a kernel's code is; its time of compilation grows with it."""
+    """Return the size of a kernel's code, a measure of its compilation time."""
     return len(KERNELS[name].py_func.__code__.co_code)
 
 
 def _begin() -> None:
-    """Prepare a process that compiles: it ends with its parent, which alone obeys Ctrl-C."""
+    """Initialise a compiler process: it ends with its parent and ignores Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def end_with_parent() -> None:

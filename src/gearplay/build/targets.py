@@ -10,7 +10,7 @@ from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 @dataclass(frozen=True)
 class Target:
-    """A platform, by the names of those who need one.
+    """A platform: its names in LLVM, zig and wheels.
 
     ``triple`` and ``processor`` are LLVM's, ``zig`` is that of zig's linker, ``suffix`` of its libraries, ``wheel`` the tag of
     its wheels. Processors are the oldest that are supported: every later one runs the same code, to the same bits.

@@ -189,7 +189,7 @@ def match_figure(
 
 
 def _match(ax: Any, row: Row, uncertainty: float, color: str, marker: str) -> None:
-    """Draw one datum; one that is too far off is drawn hollow, where the picture ends."""
+    """Draw one datum; one beyond the limits of the axes is a hollow marker at the edge."""
     shown = row.measured * 10.0 ** max(-WIDEST, min(WIDEST, row.residual))
     inside = abs(row.residual) <= WIDEST
     across, up = (10.0**e - 1.0 for e in (uncertainty, row.ensemble_error if inside else 0.0))
@@ -203,7 +203,7 @@ def _match(ax: Any, row: Row, uncertainty: float, color: str, marker: str) -> No
 
 
 def uncertainty_of(plan: Plan, row: Row) -> float:
-    """Return the standard uncertainty [decades] that the plan gives a datum; that of a record's own scatter is not in it."""
+    """Return the standard uncertainty [decades] of a datum by the plan, without the scatter of its record."""
     target = next(t for t in plan.targets if t.name == row.target)
     if row.key == "frequency":
         own, default = target.frequency_uncertainty, plan.frequency_uncertainty

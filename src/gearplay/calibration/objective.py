@@ -93,7 +93,7 @@ def measurements_of(plan: Plan, folder: Path) -> dict[str, dict[str, dict[str, O
             t for t in plan.targets if not (isinstance(t, StatisticTarget) and t.contact is not None)
         ]  # an accelerometer measures no contacts
         if not targets:
-            rule = "must be visible in a record, and those of contacts are not"
+            rule = "must be observable in a record; statistics of contacts are not"
             raise InputError.of("targets", plan.targets, rule, "Add a line, a hump, a level or rms")
         pieces = _pieces(plan, condition, at, folder)
         ensemble = Ensemble(
@@ -151,7 +151,7 @@ class Comparison:
     """The measured numbers against many points at once, in one reading of the ordinate.
 
     ``logs`` and ``errors`` have shape [point, datum]: log10 of what was simulated, and its standard error [decades].
-    ``reading``: "absolute" compares as they are; "unnormalised" fits one common factor of all amplitudes at each point;
+    ``reading``: "absolute" compares amplitudes in m/s^2; "unnormalised" fits one common factor of all amplitudes at each point;
     "displacement" compares amplitudes with the displacement in um.
     """
 
@@ -200,7 +200,7 @@ class Comparison:
     def residuals(self, logs: Floats, errors: Floats, scatter: float = 0.0) -> tuple[Floats, Floats]:
         """Return residuals simulated - measured [decades] and their variances, shape [point, datum].
 
-        ``scatter`` [decades] is added to every uncertainty: how wrong the model itself is taken to be.
+        ``scatter`` [decades] is added to every uncertainty: the assumed error of the model.
         """
         variance = self.uncertainty**2 + errors**2 + scatter**2
         factor = self.log_factor(logs, variance)

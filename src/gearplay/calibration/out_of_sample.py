@@ -85,10 +85,10 @@ def later_than(simulation: Simulation) -> float:
 def drifts(
     problem: Problem, comparison: Comparison, unit: tuple[float, ...], stop: threading.Event | None
 ) -> list[Drift]:
-    """Return the data that change clearly with a longer transient, the largest first: none without memory of the start.
+    """Return the data that change significantly with a longer transient, the largest first; empty where none does.
 
-    The same initial states are continued, on a longer record where each member's housing has its own. Their remaining
-    effect is no property of the mechanism, and no fit should depend on it.
+    The same initial states are integrated for longer; random records of the housing are extended. A remaining effect of
+    the initial states is no property of the mechanism, and no fit should depend on it.
     """
     later = later_than(problem.plan.simulation)
     try:

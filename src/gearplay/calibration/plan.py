@@ -225,7 +225,7 @@ class Plan(Part):
         return self
 
     def parameters_of(self, model: str) -> tuple[Parameter, ...]:
-        """Return the parameters that a model frees; all for a name that is no model's."""
+        """Return the free parameters of a model; all parameters for an unknown name."""
         freed = next((each.parameters for each in self.models if each.name == model), None)
         return tuple(p for p in self.parameters if freed is None or p.name in freed)
 

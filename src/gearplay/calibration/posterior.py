@@ -31,7 +31,7 @@ QUANTILES = (0.05, 0.5, 0.95)
 
 
 def fewest_trials(parameters: int) -> int:
-    """Return how many good trials an emulator of so many parameters needs."""
+    """Return the number of good trials that an emulator of a number of parameters needs."""
     return 2 * parameters + 2
 
 

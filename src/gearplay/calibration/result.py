@@ -77,7 +77,7 @@ class Calibration(AnalysisResult):
         """Return the calibration whose ``ds`` it was."""
         check_kind(dataset, cls.result_kind)
         if "document" not in dataset.attrs:
-            rule = "must be what is written of a calibration"
+            rule = "must be the saved result of a calibration"
             raise InputError.of("dataset", "no document", rule, "Write it again")
         return cls(json.loads(dataset.attrs["document"]))
 

@@ -30,7 +30,7 @@ TOP = 50  # best trials among which the emulator chooses where it begins
 
 
 class Search:
-    """One model's search through its plan; the readings of the ordinate take turns in guiding it."""
+    """Search of one model under a plan; the readings of the ordinate guide it in turn."""
 
     def __init__(self, problem: Problem, comparisons: Sequence[Comparison], trials: Sequence[Trial]) -> None:
         self.problem, self.comparisons = problem, tuple(comparisons)
@@ -51,7 +51,7 @@ class Search:
         return optuna.create_study(direction="minimize")  # type: ignore[no-any-return]
 
     def add(self, trial: Trial) -> None:
-        """Add a finished trial at its rounded place, the only one that a resumed search has."""
+        """Add a finished trial at its rounded point, which is the one stored, so that a resumed search is the same."""
         import optuna
 
         for study, comparison in zip(self._studies, self.comparisons, strict=True):
@@ -120,7 +120,7 @@ class Search:
         return refine(near[0], self.comparisons[turn], near[1], generator)
 
     def _emulator(self, after: int, turn: int) -> tuple[Emulator, Floats] | None:
-        """Return the emulator of the first ``after`` trials, and the best of them by its own account."""
+        """Return the emulator of the first ``after`` trials, and the point of the best of them by its prediction."""
         known = self._near.get(turn)
         if known is not None and known[0] == after:
             return known[1]

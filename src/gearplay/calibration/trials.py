@@ -59,7 +59,7 @@ def distinct(trials: Iterable[Trial]) -> list[Trial]:
 
 
 def placed(unit: Sequence[float]) -> tuple[float, ...]:
-    """Return the place at which a point is simulated: rounded to `DECIMALS`."""
+    """Return a point rounded to `DECIMALS`, as it is simulated."""
     return tuple(round(float(u), DECIMALS) for u in unit)
 
 
@@ -74,7 +74,7 @@ class TrialStore(Protocol):
 
 
 class Problem:
-    """A plan made ready for one model: cases by condition, bounds in SI, and the observed values at a point.
+    """Executable plan of one model: cases by condition, bounds in SI, and the observed values at a point.
 
     Raises `InputError` for a case, path or bound that does not fit.
     """

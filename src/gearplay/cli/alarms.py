@@ -13,7 +13,7 @@ def check_alarm(
     speed: str | None,
     held: Any,
 ) -> None:
-    """Refuse options of an alarm that lack another one, or that cannot hold for all records."""
+    """Refuse alarm options without those that they require, and ones that cannot apply to all records."""
     from gearplay.vocabulary.errors import InputError
 
     if healthy is None:

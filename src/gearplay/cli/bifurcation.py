@@ -129,7 +129,7 @@ def bifurcation(
 
 
 def _watching(report: Any, stop: Any) -> Any:
-    """Return a progress callback that also ends work without an event of its own, once ``stop`` is set."""
+    """Return a progress callback that raises `KeyboardInterrupt` once ``stop`` is set, for work without a stop event."""
 
     def watch(label: str, done: float, total: float) -> None:
         if stop.is_set():

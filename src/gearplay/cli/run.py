@@ -25,7 +25,7 @@ Saved: TypeAlias = tuple[Path | None, CommandInterruptedError | None]
 
 
 def _short(name: str, example: str) -> Any:
-    """Return an option in place of ``--set run.NAME``."""
+    """Return the option that sets ``run.NAME``."""
     help_text = f"Short for --set run.{name}={example}."
     return typer.Option(f"--{name}", metavar="VALUE", help=help_text, show_default=False)
 

@@ -67,7 +67,7 @@ def sweep(
         return
     folder = out if out is not None else Path("out") / f"sweep-{Path(plan).stem}"
     if overwrite and shard is not None:
-        rule = "must not be given with --shard: it would forget what other shards have done"
+        rule = "must not be given with --shard: it would remove the results of other shards"
         raise InputError.of("--overwrite", True, rule, "Remove it, or choose another folder")
     chosen = chosen_engine(engine, workers, scheduler, (tls_ca, tls_cert, tls_key), shard)
     _run(made, folder, chosen, json=json, overwrite=overwrite, zarr=zarr)

@@ -33,7 +33,7 @@ class Recorded(NamedTuple):
 
 
 class Dataset:
-    """A plan made ready to run: the `Task` whose pieces are records.
+    """Executable plan: the `Task` whose pieces are records.
 
     Raises `InputError` for a plan that does not fit its case.
     """
@@ -45,7 +45,7 @@ class Dataset:
 
     @cached_property
     def remake(self) -> tuple[Callable[[str], "Dataset"], str]:
-        """How another process makes the same data set."""
+        """Function and argument with which another process makes the same data set."""
         return dataset_of, self.plan.model_dump_json()
 
     @property
@@ -58,7 +58,7 @@ class Dataset:
         return hashlib.sha256(f"{self.identity} {record}".encode()).digest()
 
     def evaluate(self, job: int, stop: threading.Event | None = None) -> list[Recorded]:
-        """Simulate a record; nothing once stopped. One that fails has a row with its reason."""
+        """Simulate a record; a failed one has a row with its reason. Returns nothing once stopped."""
         started, recipe = time.perf_counter(), self.recipe
         try:
             with enough_memory():

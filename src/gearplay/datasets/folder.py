@@ -65,7 +65,7 @@ def write_samples(record: Record, path: Path) -> None:
 
 
 def jobs_left(made: Dataset, folder: Path, engine: Engine, *, retry: bool = False) -> list[int]:
-    """Claim a folder, which the caller holds; return the records of the engine's shard that it lacks, in order.
+    """Claim a folder locked by the caller; return the missing records of the engine's shard, in order.
 
     A record counts as finished when it has a row and, unless it failed, its file. ``retry`` includes failed ones. Raises
     `TakenError` where the folder belongs to another plan or is damaged.
@@ -92,7 +92,7 @@ def run_in(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> None:
-    """Record what is missing in a folder, which the caller holds: each file first, whole or not at all, then its row."""
+    """Simulate the missing records of a folder locked by the caller: each file is written atomically, then its row."""
     finished = engine.run(
         made,
         left,

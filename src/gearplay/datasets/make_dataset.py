@@ -98,8 +98,8 @@ def dataset_in(
 ) -> tuple[int, DatasetResult | None]:
     """Run, or resume, a data set in a folder; return the number of records simulated now, and the result, None for a shard.
 
-    A shard only simulates its records. The work is done within ``watch()``, which yields the progress callback and the event
-    that ends it.
+    A shard only simulates its records. ``watch()`` is a context manager that yields the progress callback and the stop
+    event.
     """
     if overwrite and engine.shard is not None:
         rule = "must not be given for one shard: it would remove the results of the others"

@@ -29,7 +29,7 @@ class Class(Part):
 
 
 class Split(Part):
-    """Shares of the groups that a learner trains on, is validated and is tested with: no group is in two of them.
+    """Shares of the groups for training, validation and test; each group is in one of the three.
 
     A group is all records of one ``machine``, a point of the design, or of one ``condition``, a combination of the axes.
     """

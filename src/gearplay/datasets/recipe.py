@@ -87,7 +87,7 @@ class Recipe:
         return found
 
     def case_at(self, record: int) -> Case:
-        """Return the case of a record; `InputError` where it does not take its values."""
+        """Return the case of a record; `InputError` where it refuses its values."""
         kind, values = self.kinds[self.place(record)[0]], self.varied(record)
         changes = {}
         for p in self._varied_of(kind):
@@ -110,7 +110,7 @@ class Recipe:
         return found
 
     def labels(self, record: int) -> dict[str, Any]:
-        """Return the row of a record in the table of labels, but for what its simulation gives."""
+        """Return the row of a record in the table of labels, without the results of its simulation."""
         kind, condition, machine, member = self.place(record)
         group = machine if self.by_machine else condition
         return {

@@ -8,7 +8,7 @@ from gearplay.vocabulary.errors import Fault, InputError
 
 
 def split_groups(count: int, shares: Mapping[str, float], seed: int) -> list[str]:
-    """Return the part of each of so many groups, drawn by a seed: as many of each part as its share, rounded.
+    """Return the part of each of ``count`` groups, drawn with a seed: its share of them, rounded to whole groups.
 
     Raises `InputError` where a part with a share would get no group.
 

@@ -238,7 +238,7 @@ def _level(suspect: Suspect, place: float) -> str:
 
 
 def _conclusion(rows: Sequence[Check]) -> tuple[str, list[str]]:
-    """Return the conclusion of the checks as a sentence, and what they leave open."""
+    """Return the conclusion of the checks as a sentence, and the questions left open."""
     first, alike = rows[0], [row for row in rows if row.result.alike]
     said = f"deviation {first.result.deviation:.2f} ± {first.result.spread:.2f}"
     if first.result.deviation > AGREES:

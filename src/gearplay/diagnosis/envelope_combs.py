@@ -151,7 +151,7 @@ def best_comb(
 
 
 def _chance(lines: int, trials: int) -> float:
-    """Return the sum of so many prominences that noise exceeds with probability `FALSE_ALARM` in one of the trials.
+    """Return the limit of a sum of prominences that noise exceeds in any of the trials with probability `FALSE_ALARM`.
 
     Each is the largest of three lines two wide, about 1.5 times an exponentially distributed one.
     """

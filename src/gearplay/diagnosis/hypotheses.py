@@ -115,7 +115,7 @@ def ranked(machine: Machine, found: Measures, healthy: Measures | None) -> list[
 
 
 def _threshold(plain: float, before: Any, measure: str, *, least: float = 0.5) -> float:
-    """Return the threshold of a measure: without a healthy record the plain one, else from that one's own value on."""
+    """Return the threshold of a measure: ``plain``, or with a healthy record `WORSE` times its value."""
     return plain if before is None else max(least * plain, WORSE * float(getattr(before, measure)))
 
 
@@ -243,12 +243,12 @@ def _share(machine: Machine, lead: Hypothesis, h: Hypothesis) -> float:
 
 
 def _holds_lines_of(one: Hypothesis, other: Hypothesis) -> bool:
-    """Return whether the multiples of one's frequency hold the other's: BPFO is Z times FTF of the same bearing."""
+    """Return whether the frequency of ``other`` is a multiple of that of ``one``: BPFO is Z times FTF of the same bearing."""
     return one.kind == "cage" and other.kind == "outer" and one.place == other.place
 
 
 def look_alike(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
-    """Return whether slip may bring the strongest lines of two parts of bearings to one place, or one has them anyway."""
+    """Return whether the strongest lines of two bearing parts may coincide: within the slip, or as multiples."""
     if _holds_lines_of(one, other) or _holds_lines_of(other, one):
         return True
     first, second = (_strongest_line(machine, each) for each in (one, other))
@@ -272,7 +272,7 @@ def _has_twin(machine: Machine, one: Hypothesis, every: list[Hypothesis]) -> boo
 
 
 def on_a_turn(machine: Machine, found: Measures, h: Hypothesis) -> bool:
-    """Return whether the lines of a part of a bearing lie on multiples of a shaft's turn, which other sources have."""
+    """Return whether the lines of a bearing part are multiples of a shaft's frequency, which other sources excite too."""
     if h.kind not in PARTS:
         return False
     f, comb = found.speed.frequency, found.bearings[h.place, h.kind]

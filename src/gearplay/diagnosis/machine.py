@@ -35,7 +35,7 @@ class Shaft:
 
 @dataclass(frozen=True)
 class Gear:
-    """A gear: a defect of one tooth comes ``order`` times a turn of the first shaft; ``shaft`` is None on a planetary set."""
+    """A gear: a defect of one tooth recurs ``order`` times per turn of the first shaft; ``shaft`` is None on a planetary set."""
 
     name: str
     teeth: int
@@ -45,7 +45,7 @@ class Gear:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A pair of gears: teeth in mesh per turn of the first shaft, and the places of its gears."""
+    """A pair of gears: teeth in mesh per turn of the first shaft, and the indices of its gears."""
 
     name: str
     order: float

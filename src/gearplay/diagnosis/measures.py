@@ -126,7 +126,7 @@ def _fixed_comb(bands: list[BandEnvelope], frequency: float, multiples: tuple[fl
 
 
 def _shocks(rest: Channel, band: tuple[float, float]) -> float:
-    """Return the least kurtosis of the band over the quarters of a record, less that of noise: one shock is no rattle."""
+    """Return the least kurtosis of the band over the quarters of a record, less that of noise: a single shock does not count."""
     if band[1] <= band[0]:
         return 0.0
     square = envelope(rest, *band).channel.values ** 2
@@ -227,9 +227,9 @@ def _event(found: ShaftAverage, z: int) -> tuple[float, float, int]:
 
 
 def _modulation(found: ShaftAverage, z: int) -> float:
-    """Return both first sidebands of the mesh harmonics over these, above the level of the other orders around.
+    """Return the ratio of both first sidebands to their mesh harmonics, less the level of the surrounding orders.
 
-    Harmonics that do not stand out of that level are left out: nothing of them can be modulated.
+    Harmonics that do not stand out of that level are left out.
     """
     amplitude = 2.0 * np.abs(np.fft.rfft(found.average)) / found.average.size
     sides, carriers = 0.0, 0.0

@@ -152,7 +152,7 @@ def named_envelope(
 
 
 def _each_once(lines: list[NamedLine]) -> list[NamedLine]:
-    """Return the lines with each peak under the name that expects it nearest."""
+    """Return the lines, each peak once: under the name whose expected frequency is nearest."""
     nearest: dict[float, NamedLine] = {}
     for line in lines:
         other = nearest.get(line.frequency)

@@ -32,7 +32,7 @@ class Diagnosis(OfDataset):
 
     @property
     def message(self) -> str:
-        """The first hypothesis and its confidence, or that it cannot be told, as text."""
+        """The first hypothesis and its confidence, or that the record cannot decide, as text."""
         return str(self.dataset.attrs["summary"])
 
     @property

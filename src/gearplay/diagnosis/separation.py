@@ -25,7 +25,7 @@ SIDEBANDS: Final = 8
 
 @dataclass(frozen=True)
 class ShaftAverage:
-    """Average over the turns of one shaft after that of faster shafts has been taken off.
+    """Average over the turns of one shaft after subtraction of the averages of faster shafts.
 
     ``average`` and ``alone`` [unit], shape [sample], over one turn: of the whole signal, and of what the other shafts leave;
     ``halves``, shape [2, sample], the latter over even and over odd turns; ``turns`` their number.

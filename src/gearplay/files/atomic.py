@@ -190,7 +190,7 @@ def write_figures(folder: Path, figures: Mapping[str, bytes]) -> None:
 
 
 def with_checksum(content: bytes) -> bytes:
-    """Return content with the marker and its digest behind, so that damage is detected.
+    """Return content followed by the marker and its digest, so that damage is detected.
 
     >>> len(with_checksum(b"abc")) - LENGTH
     3

@@ -141,7 +141,7 @@ def load(_: Request) -> None:
 
 
 def send(request: Request) -> tuple[None, list[bytes]]:
-    """Return a file without a digest as the bytes of a sound one; in the child process.
+    """Read a file without a digest and return it rewritten, with a digest; in the child process.
 
     Raises `InputError` as `read_dataset` does.
     """
@@ -167,7 +167,7 @@ def _refusing(path: Path) -> Iterator[None]:
 
 
 def load_whole(source: Path | BytesIO, size: int) -> "xr.Dataset":
-    """Load a file of so many bytes; `ValueError` where it declares more numbers than it can hold."""
+    """Load a file of a size [bytes]; `ValueError` where it declares more numbers than it can hold."""
     import xarray as xr
 
     _check_declared(source, size)
@@ -189,7 +189,7 @@ def _plain_size(path: Path) -> int:
 
 
 def _declared_bytes(source: Path | BytesIO) -> float:
-    """Return how many bytes the arrays of an HDF5 file take in memory by its own account; it may lie."""
+    """Return the size in memory [bytes] that an HDF5 file declares for its arrays; a damaged file may declare any."""
     import h5py
 
     total = 0.0

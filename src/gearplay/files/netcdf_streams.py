@@ -31,7 +31,7 @@ Made = TypeVar("Made")
 
 
 class StoppedError(Exception):
-    """The caller was interrupted; never raised to it."""
+    """Raised inside the writer when the caller was interrupted; the caller does not get it."""
 
 
 class Writer:
@@ -149,7 +149,7 @@ def _text_types() -> tuple[Any, Any, Any]:
 
 
 class _Disk(io.FileIO):
-    """A file for HDF5, which may crash where a write fails: a full disk sets ``stop`` and ``error``, and HDF5 goes on."""
+    """File object whose writes never fail, since HDF5 may crash on a failed one: a full disk sets ``stop`` and ``error``."""
 
     def __init__(self, path: Path, stop: threading.Event) -> None:
         super().__init__(path, "r+")
@@ -157,7 +157,7 @@ class _Disk(io.FileIO):
         self.error: OSError | None = None
 
     def write(self, data: Any) -> int:
-        """Write all of it, or note why not."""
+        """Write the complete buffer, or store the error."""
         left = memoryview(data).cast("B")
         size = left.nbytes
         while left.nbytes and self.error is None:
@@ -169,7 +169,7 @@ class _Disk(io.FileIO):
         return size
 
     def readinto(self, buffer: Any) -> int:
-        """Read as much as there is, zeros behind it."""
+        """Read into a buffer; zeros beyond the end of the file."""
         view = memoryview(buffer).cast("B")
         got = super().readinto(view)
         view[got:] = bytes(view.nbytes - got)

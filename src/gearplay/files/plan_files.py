@@ -44,9 +44,9 @@ def plan_document(source: Source, package: str) -> dict[str, Any]:
 
 
 def _case_path(plan: Path, case: str) -> str:
-    """Return the path of a plan's case, which counts from the plan's folder; `InputError` where there is no file."""
+    """Return the path of a plan's case, relative to the plan's folder; `InputError` where there is no file."""
     place = plan.parent / Path(case).expanduser()
     if not os.path.lexists(place):
-        rule = f"must be a bundled case, or a file whose path counts from the plan's folder: {shown_path(place)} is not there"
+        rule = f"must be a bundled case, or a file relative to the plan's folder: {shown_path(place)} does not exist"
         raise InputError.of("case", case, rule, did_you_mean(case, bundled_names(), "Cases"))
     return str(place)

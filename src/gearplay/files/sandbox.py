@@ -56,7 +56,7 @@ class Reader:
         self.owner = 0
 
     def read(self, module: str, request: Request) -> tuple[Any, list[bytearray]]:
-        """Return what ``send(request)`` of a module returns in the child process, a description in JSON and buffers.
+        """Return the result of ``send(request)`` of a module in the child process, a description in JSON and buffers.
 
         Before it ``load(request)`` of the module imports libraries.
 

@@ -40,7 +40,7 @@ class Stored:
         return {name: v.item() if isinstance(v, np.generic) else v for name, v in self.group.attrs.items()}
 
     def numbers(self, name: str, kind: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
-        """Return an array of 64 bits a number, ``kind`` "i" or "f", of a shape; None leaves a size open."""
+        """Return an array of 64-bit numbers, ``kind`` "i" or "f", of a shape; None leaves a size open."""
         found = self._own(name, "Dataset")
         if found.external or found.is_virtual:
             raise ValueError(f"its array {name} lies elsewhere")
@@ -53,7 +53,7 @@ class Stored:
         return np.asarray(found[...]).astype(f"{kind}8")
 
     def _own(self, name: str, kind: str) -> Any:
-        """Return an object of this file itself: a link may lead into any other."""
+        """Return an object stored in this file; links, which may lead to other files, are refused."""
         import h5py
 
         link = self.group.get(name, getlink=True)

@@ -122,7 +122,7 @@ def _drawing(case: Case) -> Any:
 
 
 def _layer(document: Any, name: str, color: int) -> None:
-    """Add a layer where there is none; names of layers have no case."""
+    """Add a layer where there is none; names of layers are case-insensitive."""
     if name not in document.layers:
         document.layers.add(name, color=color)
 

@@ -119,7 +119,7 @@ def teeth(source: Source, mesh: str | int | None = None) -> Teeth:
 
 
 def mesh_number(case: Case, mesh: str | int | None) -> int:
-    """Return the place of a mesh named or numbered, or of the only one."""
+    """Return the index of a mesh given by name or number, by default of the only one."""
     labels = [each.label for each in case.meshes]
     if isinstance(mesh, str) and mesh in labels:
         return labels.index(mesh)

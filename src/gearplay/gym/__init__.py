@@ -23,7 +23,7 @@ __all__ = ["GearEnv"]
 
 
 class GearEnv(_base):  # type: ignore[misc]
-    """A case as an environment; an episode ends after ``duration``, or where the motion cannot be followed further.
+    """A case as an environment; an episode ends after ``duration``, or where the integration fails.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class GearEnv(_base):  # type: ignore[misc]
         return self._stepper.reset(seed=int(self.np_random.integers(2**31))), dict(drawn)
 
     def step(self, action: Any) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
-        """Take a step; return observation, reward, whether the motion ended, whether the episode did, and a message."""
+        """Take a step; return observation, reward, terminated (integration failed), truncated (end of the episode), info."""
         self._taken += 1
         truncated = self._taken >= self._steps
         try:

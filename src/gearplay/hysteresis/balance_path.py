@@ -45,7 +45,7 @@ class Train:
         return [(i, mu) for i, mu in found if mu > 0.0 and 3 * i + 2 in free]
 
     def reset(self) -> None:
-        """Return to the nominal places, unloaded, everything sticking."""
+        """Return to the nominal positions, unloaded, all friction sticking."""
         self.linear.start()
         self.origin = self.linear.state[self.linear.free].copy()
         self.at = np.zeros(self.origin.size)
@@ -54,7 +54,7 @@ class Train:
 
     @property
     def angle(self) -> float:
-        """Rotation of the loaded rotor from its nominal place [rad]."""
+        """Rotation of the loaded rotor from its nominal position [rad]."""
         return float(self.natural[self.out] * self.at[self.out])
 
     def load(self, torque: float) -> float:
@@ -105,13 +105,13 @@ class Train:
             raise SimulationError("no static equilibrium: a pair cannot mesh where the case places it")
         if not found.balances:
             raise SimulationError(
-                f"no static equilibrium found at {torque:.6g} N m on {self.held.at}: forces are left over. Check that something "
-                "elastic holds every centre that is free"
+                f"no static equilibrium found at {torque:.6g} N m on {self.held.at}: the forces do not balance. Check that "
+                "something elastic holds every centre that is free"
             )
         force(found.at)
         if moving[self.out] and not abs(forces[self.out]) <= RESOLVED * (abs(torque) + rubbing):
             raise SimulationError(
-                f"{torque:.4g} N m on {self.held.at} cannot be told from rounding of the forces in the train. Raise the torque"
+                f"{torque:.4g} N m on {self.held.at} is within rounding of the forces in the train. Raise the torque"
             )
         return whole.copy(), forces.copy()
 

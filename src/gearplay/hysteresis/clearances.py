@@ -93,7 +93,7 @@ def design_of(tolerances: Any, case: Case, members: int | None) -> Design | None
         plan = load_sweep(tolerances)
         if plan.design is None:
             rule = "must be a plan with drawn parameters"
-            raise InputError.of("tolerances", plan.title, rule, "Add a [design] with what scatters")
+            raise InputError.of("tolerances", plan.title, rule, "Add a [design] of parameters")
         design = plan.design
     check_count("members", sample_size(design) if members is None else members)
     return design if members is None else design.model_copy(update={"count": members})
@@ -115,7 +115,7 @@ def _clearance_draws(case: Case) -> tuple[Random, ...]:
 
 
 def drawn_cases(design: Design, base: Case) -> list[Case]:
-    """Return the case of each draw; `InputError` where it does not take the values."""
+    """Return the case of each draw; `InputError` where the case refuses the values."""
     sample = draw(design, base)
     check_draws(design, sample, base)
     fields = [

@@ -82,7 +82,7 @@ def limit_at_zero(train: Train, rated: float, sign: float) -> float:
 def torque_cycle(
     train: Train, rated: float, marks: Sequence[float], *, cycles: int = 2, points: int = POINTS
 ) -> Curve:
-    """Return the curve of the last of so many cycles of the torque, 0 -> T_r -> -T_r -> T_r [N m], at ``marks`` and between."""
+    """Return the curve of the last of several cycles of the torque, 0 -> T_r -> -T_r -> T_r [N m], at ``marks`` and between."""
     shares = np.linspace(0.0, rated, points + 1)[1:]
     rising = np.unique(np.concatenate([shares, [SMALL * rated, LINEAR * rated, *marks]]))
     return _with_friction(train, rising, cycles) if train.friction else _single_valued(train, rising)
@@ -127,9 +127,9 @@ def _stiffness(train: Train) -> float:
 def numbers_of(curve: Curve, rated: float, stages: Sequence[float]) -> Numbers:
     """Return the key numbers; each is the mean of both signs of the torque.
 
-    Lost motion is between the middles of both branches at +-3 % of the rated torque, backlash between the branches at none.
-    Slopes are secants of a branch on which the torque moves away from 0, K1 of one on which it comes back to it, so that neither
-    play nor the reversal is in them.
+    Lost motion is between the middles of both branches at +-3 % of the rated torque, backlash between the branches at 0.
+    Slopes are secants of a branch on which the torque moves away from 0, for K1 of one on which it returns to 0, so that
+    neither play nor the reversal is in them.
     """
     first, second = stages
     centre = 0.5 * (curve.angle[0] + curve.angle[1])
@@ -161,7 +161,7 @@ def drawn_branch(ds: xr.Dataset, name: str) -> tuple[Floats, Floats]:
 
 
 def lost_motion_of(train: Train, rated: float) -> float:
-    """Return the lost motion [rad] alone, by as few equilibria as it needs."""
+    """Return the lost motion [rad] alone, from the fewest equilibria."""
     small = SMALL * rated
     if train.friction:
         curve = _with_friction(train, rated * np.array(COARSE), 2)

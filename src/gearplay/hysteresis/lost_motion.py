@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 FEW = 2
-"""Points of each sign of the torque besides those that the numbers need, where no curve is wanted."""
+"""Points of each sign of the torque besides those that the numbers need, where no curve is requested."""
 
 
 def lost_motion(

@@ -72,7 +72,7 @@ class Branches:
 
 
 def _noise(torque: Floats) -> float:
-    """Return the standard deviation of white noise on a torque that else changes evenly, by its second differences."""
+    """Return the standard deviation of white noise on a slowly varying torque, from its second differences."""
     return float(np.median(np.abs(np.diff(torque, 2))) / (0.6745 * np.sqrt(6.0)))
 
 

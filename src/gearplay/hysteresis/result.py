@@ -43,7 +43,7 @@ OVER = {
 
 
 def in_arcmin(name: str, values: Any) -> tuple[Any, str] | None:
-    """Return values [rad] or [N m/rad] with minutes of arc, and the unit; None for those without an angle."""
+    """Return values [rad] or [N m/rad] converted to arcmin, and the unit; None for quantities without an angle."""
     if name in ("lost_motion", "backlash"):
         return values * ARCMIN, "arcmin"
     return (values / ARCMIN, "N m/arcmin") if "stiffness" in name else None

@@ -18,7 +18,7 @@ QUARTER = 500
 
 
 def slow_cycle(held: Held, rated: float, cycles: int, period: float) -> Curve:
-    """Return the last cycle of so many of the torque T_r sin(2 pi t / period) on the output of a held train.
+    """Return the last of several cycles of the torque T_r sin(2 pi t / period) on the output of a held train.
 
     Raises `SimulationError` for a motion that does not reach its end.
     """

@@ -86,7 +86,7 @@ def _number(row: Sequence[str], at: int, decimal: str) -> float:
 
 
 def _place(name: str, layout: Layout) -> int:
-    """Return the place of a column by its name, with or without its unit, or by its number."""
+    """Return the index of a column given by name, with or without its unit, or by number."""
     bare = split_unit(name)[0].strip().casefold()
     names = [each.strip() for each in layout.names]
     for at, each in enumerate(names):

@@ -16,7 +16,7 @@ MOST_PANELS = 8
 LEAST = 0.02
 """Share of the deepest wear below which a flank has no panel."""
 STAGES = 5
-"""Most curves of a panel: so many colours of the scale can be told apart by all eyes."""
+"""Largest number of curves of a panel: colours of the scale that readers with colour blindness can distinguish."""
 
 
 def wear_drawing(ds: xr.Dataset) -> Any:
@@ -48,7 +48,7 @@ def wear_drawing(ds: xr.Dataset) -> Any:
 
 
 def _counted(turns: Any) -> tuple[float, str]:
-    """Return the power of a thousand in which turns are counted in the figure, and its words."""
+    """Return the power of 1000 that scales the axis of turns, and its name."""
     power = 3 * max(int(np.log10(max(float(turns[-1]), 1.0)) // 3), 0)
     return float(10.0**power), "1" if power == 0 else "10" + "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(c)] for c in str(power))
 
@@ -75,7 +75,7 @@ def _bush(ax: Any, ds: xr.Dataset, k: int, colors: list[Any]) -> None:
 
 
 def _play(ax: Any, ds: xr.Dataset) -> None:
-    """Draw the play that wear has added, of each mesh and sleeve, with what it was at first in the legend."""
+    """Draw the increase of play by wear, of each mesh and sleeve; the initial play is in the legend."""
     kinds = (("backlash", "mesh", "backlash"), ("radial_clearance", "sleeve", "radial clearance"))
     curves = [
         (f"{words} of {name}", ds[variable].values[:, k])

@@ -234,7 +234,7 @@ def _profile_at(profile: tuple[tuple[float, float], ...], heights: Floats) -> Fl
 
 
 def worn_faults(case: Case, depths: dict[tuple[str, str], Floats]) -> list[dict[str, Any]]:
-    """Return the faults of the case with worn profiles of flanks in place of those that they had."""
+    """Return the faults of the case with worn profiles of flanks in place of the previous ones."""
     kept: list[dict[str, Any]] = []
     for fault in case.faults:
         document = fault.model_dump(mode="json", exclude_none=True)

@@ -50,7 +50,7 @@ class Wear(OfDataset):
 
     @property
     def message(self) -> str:
-        """Turns, what they wore, and whether blocks were too long, as text."""
+        """Turns, deepest wear, and whether blocks were too long, as text."""
         ds, blocks = self.ds, int(self.ds.attrs["blocks"])
         life = f"{float(ds['turns'][-1]):.4g} turns of {ds.attrs['rotor']}"
         parts = [f"{life} in {blocks} block{'s' * (blocks > 1)}"]

@@ -34,7 +34,7 @@ class Condensed(NamedTuple):
 
 
 def condense(stiffness: Floats, springs: Springs | None, light: NDArray[np.bool_]) -> Condensed | int:
-    """Return the system on the coordinates that are not ``light``; or the place of a light one that nothing elastic holds.
+    """Return the system on the coordinates that are not ``light``, or the index of a light one without elastic support.
 
     With ``springs`` each light coordinate is condensed in P and N, so that soft springs keep their digits next to stiff ones.
 
@@ -93,7 +93,7 @@ def _gathered(rows: Floats, s: int) -> tuple[Floats, Floats]:
 
 
 def _condensed_matrix(stiffness: Floats, light: NDArray[np.bool_]) -> Condensed | int:
-    """Return the system by the inverse of K_ss, or the place of a coordinate that nothing elastic holds."""
+    """Return the system by the inverse of K_ss, or the index of a coordinate without elastic support."""
     own = np.sqrt(np.abs(np.diag(stiffness)[light]))
     places = np.flatnonzero(light)
     if not np.all(own > 0.0):

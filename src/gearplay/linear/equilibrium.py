@@ -72,7 +72,7 @@ class Linear:
         self.bilateral: tuple[int, ...] = ()
 
     def start(self) -> None:
-        """Put everything at its nominal place, flanks touching."""
+        """Set the nominal positions, with flanks touching."""
         self.state[:] = initial_state(self.smooth.case, self.smooth.packed)
         self.state[3 * self.rotors + 2 : 6 * self.rotors : 3] = 0.0
 
@@ -149,12 +149,12 @@ class Linear:
         return np.concatenate(pull), np.concatenate(push)
 
     def _element_stiffness(self, e: int, places: list[int]) -> Floats:
-        """Return the stiffness matrix of element e alone, of some places of the state, shape [place, place]."""
+        """Return the stiffness matrix of element e alone, for some entries of the state, shape [entry, entry]."""
         columns = [-self._force_change(e, place).ravel()[places] for place in places]
         return np.reshape(columns, (len(places), len(places))).T
 
     def _force_change(self, e: int, place: int) -> Floats:
-        """Return the forces of element e per unit of a place of the state, shape [rotor, 3], overwritten by the next call."""
+        """Return the forces of element e per unit of an entry of the state, shape [rotor, 3], overwritten by the next call."""
         element, force, z = self.system.elements[e], self.slopes.force, self.scratch
         add_change = KINDS[int(element["kind"])].file.add_change
         force[:] = 0.0
@@ -183,7 +183,7 @@ class Linear:
         return found
 
     def unheld(self, place: int) -> InputError:
-        """Return the error that nothing elastic holds a place of the state that has no mass."""
+        """Return the error for a massless coordinate without elastic support, by its index in the state."""
         name, field = self.smooth.packed.rotor_names[place // 3], "inertia" if place % 3 == 2 else "mass"
         what = "rotation" if field == "inertia" else "centre"
         rule = (
@@ -222,7 +222,7 @@ class Equilibrium:
 
 
 def find_equilibrium(linear: Linear) -> Equilibrium:
-    """Return the equilibrium that loads lead to from the nominal places, across clearances and backlash (`balance`).
+    """Return the equilibrium under the loads, reached from the nominal positions across clearances and backlash (`balance`).
 
     Where drives and loads do not balance, the train accelerates as one and d'Alembert's forces hold it (inertia relief).
 

@@ -77,7 +77,7 @@ def _discs(case: Case) -> tuple[list[_Disc], list[list[float]]]:
 
 
 def shapes_drawing(ds: xr.Dataset, *, most: int = 12) -> Any:
-    """Return the figure of the first mode shapes on the mechanism: nominal places thin, displaced ones in colour.
+    """Return the figure of the first mode shapes on the mechanism: nominal positions thin, displaced ones in colour.
 
     A spoke shows how far a rotor turns; scale of each shape its own.
     """

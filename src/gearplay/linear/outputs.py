@@ -17,8 +17,8 @@ BEARINGS = {"force_x": 0, "force_y": 1}
 
 
 class Output(NamedTuple):
-    """Rows by displacements and velocities, shapes [coordinate], the unit; of a mesh its parts by the error of its teeth and by
-    the rate of that.
+    """Output as rows on displacements and velocities, shapes [coordinate], with its unit; ``error`` are the derivatives of a
+    mesh's output by the error of its teeth and by the rate of the error.
     """
 
     by_place: Floats

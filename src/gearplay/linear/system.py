@@ -90,7 +90,7 @@ class LinearSystem:
 
     @cached_property
     def condensed(self) -> Condensed:
-        """The system without massless coordinates; raises `InputError` where nothing elastic holds one of them."""
+        """The system without massless coordinates; raises `InputError` where one of them has no elastic support."""
         found = condense(self.stiffness, self.linear.springs(), self.mass == 0.0)
         if not isinstance(found, int):
             return found

@@ -14,5 +14,5 @@ def bundled(package: str, folder: str) -> list[str]:
 
 
 def bundled_text(package: str, folder: str, name: str) -> str:
-    """Return one of them as it is written."""
+    """Return the text of a bundled file."""
     return (files(package) / folder / f"{name}.toml").read_text(encoding="utf-8")

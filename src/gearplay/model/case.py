@@ -238,7 +238,7 @@ class Case(Part):
         rotors = {name: Rotor.model_validate(raw) for name, raw in own["rotors"].items()}
         meshes = tuple(Mesh.model_validate(raw) for raw in own["meshes"])
         if dict(self.rotors) != rotors or self.meshes != meshes:
-            rule = "must be left out beside rotors and meshes, which it stands for"
+            rule = "must be left out where rotors and meshes are given, which it replaces"
             raise InputError.of(FIELD, NO_VALUE, rule, "Remove rotors and meshes, or the table")
 
     _changed: ChangedPaths = PrivateAttr(ChangedPaths())

@@ -59,8 +59,8 @@ def _undamped(case: Case) -> Iterator[Finding]:
     yield Finding(
         "warning",
         f"meshes.{bare[0]}.damping",
-        f"the damping is 0 N s/m in {len(bare)} of {len(case.meshes)} meshes ({labels}): their teeth rebound with all they came "
-        "with, and a resonance grows without a bound. Give damping = { ratio = 0.07 }, for example.",
+        f"the damping is 0 N s/m in {len(bare)} of {len(case.meshes)} meshes ({labels}): their teeth rebound "
+        "without loss, and a resonance grows without a bound. Give damping = { ratio = 0.07 }, for example.",
     )
 
 
@@ -88,6 +88,6 @@ def _start_shock(case: Case) -> Iterator[Finding]:
             yield Finding(
                 "warning",
                 f"rotors.{name}.drive.ramp",
-                f"the start asks for {shock:.4g} N m, {shock / steady:.3g} times the steady {steady:.4g} N m of the load: the "
+                f"the start requires {shock:.4g} N m, {shock / steady:.3g} times the steady {steady:.4g} N m of the load: the "
                 f"largest forces are those of the start. Make the ramp longer than {least:.3g} s, or give a transient beyond it.",
             )

@@ -149,7 +149,7 @@ def _shock(case: Case, path: str, words: str, rotors: set[str], omega: dict[str,
 
 
 def _cure(case: Case, given: list[str]) -> str:
-    """Return a text with a speed at which the train would roll, as a replacement of a given one."""
+    """Return the cure for a given speed: one at which the train rolls."""
     places = {name: i for i, name in enumerate(case.rotors)}
     rolls = matrix_of(rolling.conditions(case, places, held=True), len(places))
     nominal = rolling.nominal_speeds(case)

@@ -102,7 +102,7 @@ def _must_mesh(packed: Packed, meshes: int, y: Floats, memory: Floats) -> None:
 
 
 def starts_centred(case: "Case") -> bool:
-    """Return whether member 0 starts in the exact centre of a clearance: nothing may ever push it from there."""
+    """Return whether member 0 starts at the exact centre of a clearance, which symmetry may keep it from leaving."""
     said = any(rotor.initial != Initial.model_construct() for rotor in case.rotors.values())
     return not said and any((part.clearance() or 0.0) > 0.0 for _, _, part in case.every_holder())
 

@@ -97,7 +97,7 @@ def apply_change(document: dict[str, Any], path: str, value: Any) -> Fault | Non
 def _unknown(
     document: dict[str, Any], place: dict[str, Any], parts: list[str], index: int, value: Any
 ) -> Fault | None:
-    """Return a fault where a name on the way is neither there nor a field that may be added."""
+    """Return a fault if a name along the path is neither present nor a field that may be added."""
     part, last = parts[index], index == len(parts) - 1
     if part in place:
         return None

@@ -14,7 +14,7 @@ from gearplay.vocabulary.errors import Fault, InputError
 
 
 def changed(base: Case, changes: Mapping[str, Any], where: str) -> Case:
-    """Return a changed case; `InputError` names the place in the plan, ``where``, before that in the case."""
+    """Return a changed case; `InputError` gives the path in the plan, ``where``, before the path in the case."""
     try:
         return replace(base, changes)
     except InputError as error:

@@ -47,9 +47,9 @@ LIMITS: Final = ("max_steps", "max_wall_time")
 
 
 def check_contacts(step: float | None, contacts: str) -> None:
-    """Refuse a place where contacts are judged without a fixed step: located contacts are judged where they change."""
+    """Refuse ``fixed_step_contacts`` without a fixed step: contacts are then updated at their located events."""
     if contacts != "step" and step is None:
-        rule = "must not be given without fixed_step: contacts that are located are judged where they change"
+        rule = "must not be given without fixed_step: contacts are then updated at their located events"
         refuse([Problem(("fixed_step_contacts",), rule, "Give fixed_step too, or remove it")])
 
 

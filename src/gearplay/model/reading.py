@@ -133,7 +133,7 @@ def replace(case: Source, changes: Mapping[str, Any]) -> Case:
 
 
 def _other_pair(case: Case, changes: Mapping[str, Any]) -> tuple[Case, dict[str, Any]]:
-    """Return a torsional pair after those of the changes that are of its own numbers, and the other changes.
+    """Apply the changes of a torsional pair's own numbers; return the pair and the remaining changes.
 
     Where these are of its parts, it is a pair of the literature no more; a speed alone is refused.
     """
@@ -162,7 +162,7 @@ def to_toml(case: Case) -> str:
 
 
 def _opened(case: Case, paths: Iterable[str]) -> dict[str, Any]:
-    """Return a case as a raw one, its parts as they are but those on the way to a path: these alone are read anew."""
+    """Return a case as a raw one that keeps its parts, except those along a path, which are read anew."""
     document = _fields(case)
     for path in paths:
         place: Any = document

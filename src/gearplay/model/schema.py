@@ -24,7 +24,7 @@ def json_schema() -> dict[str, Any]:
 
 
 def _named(schema: dict[str, Any]) -> dict[str, Any]:
-    """Return a schema whose definitions of parts for a quantity are called as their titles."""
+    """Return a schema in which definitions of parts for a quantity are named by their titles."""
     text = json.dumps(schema)
     for key, each in schema["$defs"].items():
         if "_Annotated_" in key:

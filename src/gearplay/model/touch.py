@@ -159,7 +159,7 @@ class Touches:
         return len(self.steps) < len(self._levers)
 
     def _levers_of(self, j: int, names: list[str], of: dict[str, int]) -> dict[int, float]:
-        """Return by which p_d of mesh j changes as groups turn [m], none that turn with it without a change."""
+        """Return the derivatives of p_d of mesh j by the rotations of groups [m/rad], without those that vanish."""
         m = self._packed.system.records[MESH][j]
         levers: dict[int, float] = {}
         for i, radius in ((m.a, m.rho_a), (m.b, m.rho_b), (m.frame, -(m.rho_a + m.rho_b))):
@@ -170,7 +170,7 @@ class Touches:
         return {g: lever for g, lever in levers.items() if abs(lever) > least}
 
     def _plan(self, known: set[int], carriers: set[int], sprung: set[int]) -> None:
-        """Part the meshes into trees, which are turned step by step, and loops."""
+        """Partition the meshes into trees, which are turned step by step, and loops."""
         free = {g for levers in self._levers for g in levers} - known
         roots = set[int]()
         for component in _components(free - carriers, self._levers):
@@ -201,7 +201,7 @@ class Touches:
         return None if unknown else steps
 
     def _loop(self, meshes: list[int], turned: set[int], carriers: set[int]) -> _Loop:
-        """Return a loop, its carriers among what is turned only where that changes which gaps there can be."""
+        """Return a loop; its carriers are turned too only where that adds attainable gaps."""
         groups = sorted(turned)
         left, sizes, right = self._ways(meshes, groups)
         more = [*groups, *sorted(carriers)]

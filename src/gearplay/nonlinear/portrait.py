@@ -152,7 +152,7 @@ def portrait(
 
 
 def _until_late(make: Callable[[], Section], like: Section, more: int = 0) -> Section:
-    """Return a section; an empty one, with ``more`` signals than another, where no time was left for its first instant."""
+    """Return a section; after a timeout before its first instant an empty one, with ``more`` signals than ``like``."""
     try:
         return make()
     except OutOfTimeError as error:

@@ -108,7 +108,7 @@ def _is_fixed(rotor: Any) -> bool:
 
 
 def _groups(rotors: Sequence[Any], entries: Sequence[Any], springs: Sequence[Spring]) -> Iterator[set[int]]:
-    """Yield sets of rotors that springs join, none of them moved at all times by anything without a closed form."""
+    """Yield sets of rotors joined by springs, without rotors on which elements without a closed form always act."""
     linear = {s.element for s in springs}
     barred = {
         i
@@ -257,7 +257,7 @@ def _vibrations(stiffness: Floats, damping: Floats, inverse: Floats, still: int)
 
 
 def _drift(k: Floats, c: Floats, whole: Floats) -> Vibration | None:
-    """Return how the whole drifts, with unit masses: r_0 = (whole, 0) and r_1 with A r_1 = r_0 - d r_1; None if it is no drift.
+    """Return the rigid-body drift for unit masses: r_0 = (whole, 0) and r_1 with A r_1 = r_0 - d r_1; None if there is none.
 
     With r_1 = (u, whole - d u): (K - d C + d^2) u = (d - C) whole, u across ``whole``. Slow damping makes d by iteration.
     """

@@ -9,18 +9,18 @@ from gearplay.schema.finding import Finding
 
 
 class PartFault(Part):
-    """Base of faults of a part, which is the one called ``at`` in the ``table`` of the case."""
+    """Base of faults of a part, the entry ``at`` in the ``table`` of the case."""
 
     table: ClassVar[str]
     at: str
 
     def part(self, parts: Mapping[str, Any]) -> Any:
-        """Return the part that it is of among those of its table; None where there is none of that name."""
+        """Return the faulty part from its table; None for an unknown name."""
         return parts.get(self.at)
 
     @abstractmethod
     def misfits(self, part: Any, others: "Sequence[PartFault]") -> Iterator[Problem]:
-        """Yield what does not fit the part, or its ``others``."""
+        """Yield contradictions with the part, or with its other faults."""
 
     @abstractmethod
     def findings(self, path: str, part: Any, speed: float) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""Protocol of the parts of a case that hold or connect rotors: the questions, each with a default.
+"""Protocol of the parts of a case that hold or connect rotors: their methods, each with a default.
 
 A kind of part is a folder: its fields and the answers to these questions (``schema``), its law (`gearplay.integrate.dispatch` has
 the questions of the kernels). `gearplay.parts.tables` lists the tables and lists of a case that hold parts.
@@ -22,7 +22,7 @@ SLOT: Final = re.compile(r":\w+-\d+$")
 
 
 def slot_of(contact: str, number: int) -> str:
-    """Return the name of a slot of a contact: those that take turns in one, which stands for them in tables and lists."""
+    """Return the name of slot ``number`` of a contact: pairs of teeth that share a contact, which represents them in tables."""
     return f"{contact}-{number}"
 
 
@@ -37,7 +37,7 @@ def without_slots(labels: Iterable[str]) -> tuple[str, ...]:
 
 @dataclass
 class Packing:
-    """A mechanism being packed: its elements so far, which parts are added to, and the train that they are parts of.
+    """State of packing: the train, the elements and records packed so far.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Tables and lists of a case that hold parts, by their names: the only list of them."""
+"""Names of all tables and lists of a case that hold parts."""
 
 from collections.abc import Mapping
 from types import MappingProxyType

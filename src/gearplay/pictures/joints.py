@@ -42,7 +42,7 @@ class Joints:
         turn: Callable[[Mapping[str, Any]], float],
         shown: Callable[[Mapping[str, Any], Floats], Floats],
     ) -> None:
-        """Move everything: to centres [m] and rotations [rad] of shafts, ``shown`` turning points [m] into those of the view."""
+        """Update the symbols for centres [m] and rotations [rad] of shafts; ``shown`` maps points [m] to those of the view."""
         for line, gear, axis in self.springs:
             line.set_data(*shown(gear, spring(gear, centre(gear), axis)).T)
         for line, gear, radius, inner in self.rings:

@@ -45,7 +45,7 @@ def number(value: Any, digits: int = 4) -> str:
 
 
 def fixed(value: Any, decimals: int = 1) -> str:
-    """Return a number with so many decimals for a page, a dash where there is none."""
+    """Return a number with ``decimals`` decimals for a page, a dash where there is none."""
     return f"{value:.{decimals}f}" if is_number(value) else "–"
 
 
@@ -55,7 +55,7 @@ def is_number(value: Any) -> bool:
 
 
 def data_uri(png: bytes) -> str:
-    """Return a PNG as an address that holds it, so that a page needs no other file.
+    """Return a PNG as a data URI, so that a page needs no other file.
 
     >>> data_uri(b"abc")
     'data:image/png;base64,YWJj'

@@ -51,7 +51,7 @@ def stand_apart(values: Floats, *, log: bool) -> bool:
 
 
 def spread_places(count: int, most: int) -> list[int]:
-    """Return at most so many positions of ``count``, spread evenly, both ends among them.
+    """Return at most ``most`` of ``count`` positions, spread evenly, both ends included.
 
     >>> spread_places(15, 4), spread_places(2, 4)
     ([0, 5, 9, 14], [0, 1])

@@ -210,7 +210,7 @@ class Stage:
         return Path.make_compound_path(Path(rim, closed=True), teeth)
 
     def _place(self, pane: _Pane, i: int) -> None:
-        """Move everything in a view to its place at frame ``i``."""
+        """Update all artists of a view for frame ``i``."""
         from matplotlib.transforms import Affine2D
 
         frames, M = self.frames, self.factor

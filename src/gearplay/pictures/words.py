@@ -6,7 +6,7 @@ from gearplay.vocabulary.quantities import DIMENSIONS, TEMPERATURE
 
 
 def plain(text: str) -> str:
-    """Return user text that matplotlib shows as it is: ``$`` starts no formula."""
+    """Return user text escaped for matplotlib: ``$`` starts no formula."""
     return text.replace("$", r"\$")
 
 
@@ -71,7 +71,7 @@ DISPLAY = {q.unit: q for q in DIMENSIONS.values()}
 
 
 def shown_in(unit: str, largest: float) -> tuple[str, float]:
-    """Return the display unit of values up to ``largest`` [unit], and how many of it are one ``unit``.
+    """Return the display unit of values up to ``largest`` [unit], and the factor from ``unit`` to it.
 
     To temperatures, in °C, comes `offset_in`.
 

@@ -159,7 +159,7 @@ def members_of(case: Case, name: str | None) -> Members:
 
 
 def static_sharing(case: Case, name: str | None) -> LoadSharing:
-    """Return how planets share the load at rest under it."""
+    """Return the static load sharing of the planets."""
     system = linear_system(case)
     members = members_of(case, name)
     linear, state = system.linear, system.equilibrium.state
@@ -189,7 +189,7 @@ def static_sharing(case: Case, name: str | None) -> LoadSharing:
 
 
 def moving_sharing(result: Result, name: str | None, member: int) -> LoadSharing:
-    """Return how planets share the load along a simulated motion."""
+    """Return the load sharing of the planets along a simulated motion."""
     case = result.case
     members = members_of(case, name)
     labels = [mesh.label for mesh in case.meshes]
@@ -244,7 +244,7 @@ def moving_sharing(result: Result, name: str | None, member: int) -> LoadSharing
 
 
 def _over_turn(force: Floats, turn: Floats) -> Floats:
-    """Return forces averaged over places of the carrier's turn, shape [planet, place]; NaN where it has not been."""
+    """Return forces averaged over places of the carrier's turn, shape [planet, place]; NaN at those not visited."""
     at = np.floor(np.mod(turn, 2.0 * np.pi) / (2.0 * np.pi) * PLACES).astype(int) % PLACES
     counts = np.bincount(at, minlength=PLACES)
     with np.errstate(invalid="ignore"):

@@ -115,7 +115,7 @@ class OfDataset(AnalysisResult):
 
 
 def case_in(dataset: xr.Dataset) -> Case:
-    """Return the case behind a dataset; `InputError` where it names none, or another than its digest is of."""
+    """Return the case behind a dataset; `InputError` where it names none, or one whose digest differs."""
     return case_of_attributes(dataset.attrs)
 
 
@@ -190,7 +190,7 @@ class Tabled(AnalysisResult):
                 fields[name] = values[..., 0] + 1j * values[..., 1] if is_complex else values
             fields |= {name: make(dataset.attrs[name]) for name, make in cls.SCALARS.items()}
         except (KeyError, ValueError) as error:
-            rule = f"must be what is written of a {cls.result_kind}"
+            rule = f"must be the saved result of a {cls.result_kind}"
             raise InputError.of("dataset", str(error), rule, "Write it again") from None
         return cls(**fields | {"case": case_in(dataset)})
 

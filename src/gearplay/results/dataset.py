@@ -92,7 +92,7 @@ class SignalTable:
         return words | flags if self.name == "contact_state" else words
 
     def shape(self, length: int) -> tuple[int, ...]:
-        """Return the shape of so many samples."""
+        """Return the shape of an array of ``count`` samples."""
         return (length, self.count)[: len(self.dims)]
 
     def fill(self, values: Floats) -> NDArray[Any]:

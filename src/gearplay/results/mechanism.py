@@ -48,7 +48,7 @@ def mechanism_of(case: Case) -> dict[str, Any]:
 
 
 def placed(case: Case) -> dict[str, Any]:
-    """Return the same with the gears at their actual places, one stage behind the other."""
+    """Return the mechanism for the drawing, gears at their actual positions, one stage behind the other."""
     case = case.operating
     places, turning = centres(case), senses(case, nominal_speeds(case))
     first: dict[str, Any] = {}
@@ -105,7 +105,7 @@ def placed(case: Case) -> dict[str, Any]:
 
 
 def _outline_of(gear: DrawnGear) -> dict[str, float]:
-    """Return what draws a gear's teeth, transverse: ``shift`` is what the profile shift adds to their half angle [rad]."""
+    """Return the transverse outline data of a gear's teeth; ``shift`` is the half angle added by the profile shift [rad]."""
     module, sign = gear.transverse_module, gear.sign
     return {
         "module": module,
@@ -132,7 +132,7 @@ def frames_of(
     start: float = 0.0,
     most: int = FRAMES,
 ) -> dict[str, Any]:
-    """Return the motion for the drawing: places and rotations of all rotors, forces of all contacts; ``most`` instants.
+    """Return the motion for the drawing: positions and rotations of all rotors, forces of all contacts; ``most`` instants.
 
     ``frames`` are those of the case. ``time`` [s] is that of the samples, counted from ``start``; ``signal`` returns a signal of
     an element: ``x`` of a rotor.

@@ -49,7 +49,7 @@ class MemberSignals(AnalysisResult):
         return self.runs[0].sampling
 
     def time(self, member: int = 0) -> Floats:
-        """Return the times of the samples [s] of the member at a place, shape [time]; fewer where it stopped early."""
+        """Return the times of the samples [s] of the member with an index, shape [time]; fewer where it stopped early."""
         return self.runs[member].time
 
     def held(self, signal: str | None = None) -> list[tuple[str, str]]:

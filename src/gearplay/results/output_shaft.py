@@ -156,14 +156,14 @@ def output_of(case: Case) -> str:
 
 
 def check_rotor(case: Case, rotor: str | None) -> None:
-    """Raise `InputError` for a name that is no rotor of the case."""
+    """Raise `InputError` unless a name is that of a rotor of the case."""
     if rotor is not None and rotor not in case.rotors:
         cure = f"Choose from: {', '.join(case.rotors)}"
         raise InputError.of("output", rotor, "must be a rotor of the case", cure)
 
 
 def stride_of(samples: Sequence[int]) -> int:
-    """Return the distance between the samples to take, of records of so many."""
+    """Return the stride of the samples to use, from the numbers of samples of the records."""
     return max(1, -(-sum(samples) // MOST_SAMPLES), -(-max(samples, default=0) // MOST_OF_MEMBER))
 
 

@@ -16,7 +16,7 @@ PLAIN_BYTES, FEWEST_PLAIN = 4000.0, 64
 
 
 class Lack(NamedTuple):
-    """Why a result has no motion, as a rule, and the cure."""
+    """Reason why a result has no motion, worded as a rule, and its cure."""
 
     rule: str = "must be absent: only samples were kept, no motion"
     cure: str = "Simulate with gearplay.simulate"
@@ -72,6 +72,6 @@ def samples_to_write(
 
 
 def _plain_sampling(run: Trajectory, columns: int) -> float:
-    """Return the rate [Hz] of the samples of all signals where no others are requested: every so many of the record's."""
+    """Return the rate [Hz] of the samples of all signals where no others are requested: a divisor of the record's rate."""
     stride = min(run.sampling * 8.0 * columns / PLAIN_BYTES, run.samples.count / FEWEST_PLAIN)
     return run.sampling / max(1, int(stride))

@@ -12,7 +12,7 @@ KIND: Final = "gearplay_kind"
 
 
 def signal_words(signal: str) -> dict[str, str]:
-    """Return unit and long name of a signal of one element; in sections rotations are relative to the nominal ones.
+    """Return unit and long name of a signal of one element; in Poincaré sections rotations are relative to nominal ones.
 
     >>> signal_words("ring.vx")
     {'units': 'm/s', 'long_name': "velocity of the rotor's centre along x, ring"}

@@ -139,7 +139,7 @@ def can_replay(file: Stored) -> bool:
 
 
 def log_of(file: Stored, case: Case) -> list[Floats]:
-    """Return the contact log of every member of a file, whatever kernels it is of."""
+    """Return the contact log of every member of a file, also one written by other kernels."""
     group = file.subgroup(MOTION)
     members = _members(group)
     log = _log(group, members, pack(case), case.run.transient + case.run.duration)

@@ -226,7 +226,7 @@ def check_window(name: str, n: int) -> Floats:
             raise ValueError
         return _short_window(name, n) if n <= LONGEST_KEPT else _window(name, n)
     except ValueError:
-        rule = "must be a window that scipy.signal knows and that needs no parameter"
+        rule = "must be a window of scipy.signal without parameters"
         raise InputError.of("window", name, rule, "Try 'hann', 'boxcar' or 'flattop'") from None
 
 

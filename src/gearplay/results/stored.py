@@ -207,7 +207,7 @@ def _angular(dataset: "xr.Dataset") -> "NDArray[np.bool_]":
 
 
 def _rate(time: Floats, sampling: float) -> float:
-    """Return the samples per second [Hz] of even times: those of the record, or every so many of them."""
+    """Return the samples per second [Hz] of even times: the record's rate or a divisor of it."""
     if time.size < 2:
         return sampling
     found = float((time.size - 1) / (time[-1] - time[0]))

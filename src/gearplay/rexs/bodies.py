@@ -122,7 +122,7 @@ class Bodies:
         return root == GROUND or root in self.fixed
 
     def _join(self, first: int, second: int) -> None:
-        """Make one body of two; what is joined to the casing is fixed, and stays a body of its own."""
+        """Merge two bodies into one; a body joined to the casing is fixed and stays separate."""
         if GROUND in (first, second):
             self._grounded |= {first, second} - {GROUND}
             return
@@ -130,7 +130,7 @@ class Bodies:
         self.root[max(a, b)] = min(a, b)
 
     def join(self, numbers: Iterable[int]) -> None:
-        """Make one body of several components."""
+        """Merge several components into one body."""
         numbers = list(numbers)
         for other in numbers[1:]:
             self._join(numbers[0], other)

@@ -30,7 +30,7 @@ class Holding:
     said: tuple[str, ...]
 
     def shared(self, parts: int) -> "Holding":
-        """Return the part of one of several rotors that a body is made into."""
+        """Return the share of each rotor of a body that becomes ``parts`` rotors."""
         if self.stiffness is None or parts == 1:
             return self
         return Holding(self.held, (self.stiffness[0] / parts, self.stiffness[1] / parts), self.said)

@@ -22,7 +22,7 @@ Row = dict[int, float]
 
 @dataclass
 class Motion:
-    """Nominal speeds [rad/s], counter-clockwise positive, and torques [N m] on bodies, by their representatives."""
+    """Nominal speeds [rad/s], counter-clockwise positive, and torques [N m] on bodies, by the component that represents each."""
 
     speeds: dict[int, float] = field(default_factory=dict)
     drives: dict[int, float] = field(default_factory=dict)

@@ -46,7 +46,7 @@ class Rotor:
 def add_gear_bodies(
     bodies: Bodies, every: Iterable[Body], gears: dict[int, Gear], notes: Notes, *, always: bool
 ) -> None:
-    """Add solid gear bodies, from the shaft to the reference circle, where wanted or where a body has no mass else."""
+    """Add solid gear bodies, from the shaft to the reference circle, where requested, or where a body has no other mass."""
     missing = []
     for body in every:
         solid = [_gear_body(bodies, body, gears[each.id]) for each in body.gears]

@@ -19,7 +19,7 @@ class Note:
 
 
 class Notes:
-    """Notes in order; those that differ in whom they are about alone become one."""
+    """Notes in order; notes that differ only in their subject are merged."""
 
     def __init__(self) -> None:
         self._about: dict[Note, list[str]] = {}

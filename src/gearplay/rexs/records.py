@@ -303,7 +303,7 @@ def _number(value: Any, unit: str, quantity: Quantity | None, where: str, defaul
 
 @lru_cache(maxsize=256)
 def _factor(unit: str, quantity: Quantity) -> float:
-    """Return how many SI units are in one of a unit."""
+    """Return the factor from a unit to SI."""
     if unit in ("N mm / rad", "N mm/rad") and quantity is q.ROTATIONAL_STIFFNESS:
         return 1e-3  # pint takes long to load for this one alone
     plain = unit.replace("mum", "um").replace("°", "deg").replace(" / ", "/")

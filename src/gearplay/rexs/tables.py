@@ -198,7 +198,7 @@ class Tables:
             table.add(key, value)
 
     def allow(self, pairs: list[Pair]) -> None:
-        """Assume allowances where no gear of a pair has one, and it would have no backlash; in turn, so that they are few."""
+        """Assume allowances where no gear of a pair has one: without them it would have no backlash."""
         for pair in pairs:
             if any("allowance" in gear.fields for gear in (pair.first, pair.second)):
                 continue
@@ -207,7 +207,7 @@ class Tables:
             self.notes.assume(text, pair.stage)
 
     def stiffness(self, pair: Pair) -> dict[str, Any]:
-        """Return the stiffness of a pair: from its teeth, as this version has it."""
+        """Return the stiffness of a pair, of the kind ``teeth`` if this version has it."""
         width = pair.facewidth
         if width is None:
             width = 10.0 * pair.first.module

@@ -11,7 +11,7 @@ SIZES: Final = {
 
 
 def number(value: float) -> str:
-    """Return a number to twelve digits, as short as it is.
+    """Return a number with at most twelve digits, trailing zeros left out.
 
     >>> number(0.1 + 0.2), number(190.0), number(2e8), number(1.1e-5)
     ('0.3', '190', '2e8', '1.1e-5')

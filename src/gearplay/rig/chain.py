@@ -32,7 +32,7 @@ PER_RESONANCE: Final = 16
 
 
 def internal_factor(rig: Rig) -> int:
-    """Return how many times the collector's rate the motion is sampled, so that the chain holds 0.1 % in the band.
+    """Return the oversampling factor over the collector's rate, for an error of the chain of at most 0.1 % in the band.
 
     >>> internal_factor(load_rig())  # 8 x 100 kHz = 32 x 25 kHz
     8
@@ -218,7 +218,7 @@ def _kept(
     duration: float | None,
     start: float,
 ) -> slice:
-    """Return the internal samples, of so many, at which the collector samples; the times are in s."""
+    """Return the indices of the internal samples at which the collector samples; the times are in s."""
     rate = collector.sampling
     factor = round(sampling / rate) if math.isfinite(sampling) else 0
     if factor < LEAST_FACTOR or abs(factor * rate - sampling) > 1e-9 * sampling:

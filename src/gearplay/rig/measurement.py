@@ -42,7 +42,7 @@ def mean_acceleration(run: Trajectory, place: Placement) -> Floats:
 def housing_acceleration(run: Trajectory, sensor: Accelerometer, place: Placement) -> Floats:
     """Return the mean acceleration of the housing in each sampling interval [m/s^2], along a sensor's axis, shape [time - 1].
 
-    The sum over its paths, whose parts press on the housing against their forces on the rotors, and the motion of the base.
+    The sum over its paths, driven by the reactions to the parts' forces on the rotors, and the motion of the base.
     """
     total = np.zeros(len(run.time) - 1)
     for path in sensor.paths:

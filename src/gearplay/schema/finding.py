@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 
 class Finding(NamedTuple):
-    """One finding.
+    """Finding of `gearplay check`.
 
     Parameters
     ----------

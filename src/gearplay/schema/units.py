@@ -88,7 +88,7 @@ _registry_lock: Final = threading.Lock()
 
 
 class UnitError(ValueError):
-    """A text is no quantity of the wanted kind; `rule` and `cure` are for a `Fault`."""
+    """Raised for text that is no quantity of the requested kind; `rule` and `cure` are for a `Fault`."""
 
     def __init__(self, rule: str, cure: str) -> None:
         super().__init__(f"{rule}. {cure}.")
@@ -162,7 +162,7 @@ def quantity_of(field: str, value: Any, quantity: Quantity) -> float:
 
 
 def _factor(unit: str, quantity: Quantity) -> Fraction | float:
-    """Return how many SI units are in one of a unit, however it is spelled."""
+    """Return the factor from a unit, in any spelling, to SI."""
     factor = _table_factor(unit, quantity.unit)
     if factor is not None:
         return factor
@@ -261,7 +261,7 @@ def _registry() -> pint.UnitRegistry[Any]:
 
 @lru_cache(maxsize=1024)
 def _pint_factor(unit: str, si_unit: str, long_name: str) -> float:
-    """Return how many `si_unit` are in one `unit` (both in pint's spelling)."""
+    """Return the factor from `unit` to `si_unit` (both in pint's spelling)."""
     foreign = UnitError(
         f"is not {_article(long_name)} {long_name}",
         f"Use a unit such as {si_unit}" if si_unit != "1" else "Use %",

@@ -22,7 +22,7 @@ LEAST_SPREAD: Final = 1e-6
 
 @dataclass(frozen=True)
 class AlarmLimit:
-    """Limit of a score of indicators that so many healthy records set; see `alarm_limit`.
+    """Limit of a score of indicators, set by a number of healthy records; see `alarm_limit`.
 
     ``middle`` and ``spread`` are those of the logarithms of the indicators, shape [indicator]; ``turns`` is the median number of
     turns that the healthy averages are of, where all have it.

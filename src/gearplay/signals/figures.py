@@ -92,7 +92,7 @@ def plot_averaged_spectrum(
 
 
 def _mark(ax: "Axes", table: LineTable) -> None:
-    """Mark the lines found with their frequency, and the places of those that are not there."""
+    """Mark the lines found with their frequencies, and expected ones that were not found."""
     found = [row for row in table.rows if row.found]
     ax.plot([r.frequency for r in found], [r.amplitude for r in found], "o", markersize=4.5, markerfacecolor="none",
             color=UNCOUPLED, label="line fitted" if found else None)  # fmt: skip

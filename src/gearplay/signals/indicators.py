@@ -138,7 +138,7 @@ def _envelope(x: Floats, teeth: int) -> Floats:
 
 
 def _scaled(x: Floats) -> tuple[Floats, float]:
-    """Return deviations from the mean over the largest of them, and that one; zeros where it is of rounding size."""
+    """Return deviations from the mean over their maximum, and that maximum; zeros where it is of rounding size."""
     central = x - np.mean(x)
     largest = float(np.max(np.abs(central)))
     return (central / largest, largest) if largest > 0.0 else (central, 0.0)

@@ -114,7 +114,7 @@ def line_table(
     window: str = "hann",
     false_alarm: float = 1e-3,
 ) -> LineTable:
-    """Return the strongest tone within ``expected`` (1 -+ ``search``) [Hz] each, with uncertainties, or that there is none.
+    """Return the strongest tone near each expected frequency, within ``expected`` (1 -+ ``search``) [Hz], with uncertainties.
 
     All tones that stand out near the expected frequencies, sidebands too, are fitted at once by least squares on the lines of
     the windowed transform (see `fit_tones`), so that neighbours bias nothing. The uncertainty comes from the noise

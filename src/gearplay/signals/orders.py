@@ -116,7 +116,7 @@ def _speeds(low: float, high: float) -> str:
 
 
 def _samples(record: AngleRecord, revolutions: float | None, default: float) -> int:
-    """Return the length of a segment [sample] of so many revolutions."""
+    """Return the length of a segment [sample] of a number of revolutions."""
     wanted = min(default, record.revolutions) if revolutions is None else revolutions
     check_positive("revolutions", wanted, "")
     samples = round(wanted * record.samples_per_revolution)
@@ -136,7 +136,7 @@ def order_spectrum(
     overlap: float = 0.5,
     averaging: str = "mean",
 ) -> OrderSpectrum:
-    """Return the amplitude spectrum over orders of a shaft, averaged over segments of so many ``revolutions``.
+    """Return the amplitude spectrum over orders of a shaft, averaged over segments of ``revolutions`` turns.
 
     The record is first taken to equal angles (`resampled`, which see for ``speed`` and ``highest``). Without ``revolutions``
     all whole revolutions are one segment. Source: Brandt, Noise and Vibration Analysis (2011), chapter 12.
@@ -198,7 +198,7 @@ def order_map(
     window: str = "hann",
     overlap: float = 0.5,
 ) -> OrderMap:
-    """Return the amplitude over order and revolution, from segments of so many ``revolutions`` (8 unless given).
+    """Return the amplitude over order and revolution, from segments of ``revolutions`` turns (default 8).
 
     Source and faults as `order_spectrum`.
 
@@ -271,7 +271,7 @@ def track_orders(
     overlap: float = 0.5,
     highest: float | None = None,
 ) -> OrderTracks:
-    """Return amplitude and phase of the ``orders`` in blocks of so many ``revolutions``.
+    """Return amplitude and phase of the ``orders`` in blocks of ``revolutions`` turns.
 
     In each block cosine and sine of all orders and a constant are fitted at once by least squares, weighted by a Hann window,
     so that an order need not fall on a line, neighbours do not leak and other content hardly does.

@@ -37,7 +37,7 @@ class Spectrogram:
 
     @property
     def overlap(self) -> float:
-        """Share of a segment that the next one takes again."""
+        """Overlap of consecutive segments, as a share of their length."""
         return 1.0 - self.hop / self.segment
 
     @property
@@ -67,7 +67,7 @@ def spectrogram(
     segment: int | None = None,
     overlap: float = 0.5,
 ) -> Spectrogram:
-    """Return the spectrogram of a channel, its mean taken off; only segments that lie wholly in the record are taken.
+    """Return the spectrogram of a channel, its mean subtracted; only complete segments are used.
 
     "amplitude": a sine of amplitude a is a ridge of height a (window's coherent gain corrected). "density": one-sided, as
     `power_density`. Source: scipy.signal.ShortTimeFFT; Groechenig, Foundations of Time-Frequency Analysis (2001), section 3.

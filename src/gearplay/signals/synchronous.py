@@ -52,7 +52,7 @@ def synchronous_average(
     highest: float | None = None,
     samples_per_revolution: int | None = None,
 ) -> SynchronousAverage:
-    """Return the average over periods of so many whole revolutions, each starting at angle zero of the shaft.
+    """Return the average over periods of ``period`` whole turns, each starting at angle zero of the shaft.
 
     Noise, and what keeps no fixed phase to the shaft, falls with the root of the number n of periods; of white noise the
     residual holds the share 1 - 1/n. A gear pair repeats after the other gear's teeth over their greatest common divisor.

@@ -73,7 +73,7 @@ class _Zone:
         return np.asarray(np.maximum(level, self.floor))
 
     def candidates(self, threshold: float) -> Indices:
-        """Return the places in ``at`` of lines that stand out over the noise by ``threshold`` in power, highest of their nearby.
+        """Return the places in ``at`` of lines that stand out over the noise by ``threshold`` in power, local maxima only.
 
         Weaker ones than a thousandth of the strongest wait for the next pass: they may be its side lobes.
         """
@@ -208,7 +208,7 @@ def find_tones(
 
 
 def power_threshold(lines: int, false_alarm: float) -> float:
-    """Return the power over its mean that noise exceeds on one of so many lines with probability ``false_alarm``.
+    """Return the power over its mean that noise exceeds on any of a number of lines with probability ``false_alarm``.
 
     >>> round(power_threshold(100, 0.1), 6) == round(math.log(1000.0), 6)
     True

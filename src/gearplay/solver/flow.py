@@ -83,7 +83,7 @@ class Flow:
         divergence: bool = False,
         stop: threading.Event | None = None,
     ) -> Course:
-        """Return the motion from ``state`` at t = 0, to be followed piece by piece; once ``stop`` is set, no further.
+        """Return the integration from ``state`` at t = 0, to be advanced in chunks; it ends once ``stop`` is set.
 
         ``impact_speeds`` holds the impact speeds of contacts that are closed at the start, where known; ``changes``, shape
         [change, state + impact speed], small changes of both that are moved on to first order.

@@ -138,7 +138,7 @@ def _seats(system: System) -> Floats:
 
 
 def _carriers(system: System) -> dict[int, tuple[int, tuple[float, float]]]:
-    """Return the carrier and the place on it of every rotor that is carried."""
+    """Return the carrier of every carried rotor and the rotor's position on it."""
     return {each.rotor: (each.carrier, each.place) for each in mounts(system.records) if each.carrier >= 0}
 
 

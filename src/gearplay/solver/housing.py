@@ -53,7 +53,7 @@ class HousingMotion(NamedTuple):
         return direction * rise / np.diff(times)
 
     def _of_sine(self, times: Floats) -> Floats:
-        """Return the increments of velocity [m/s] between times at which the sine acts."""
+        """Return the increments of velocity [m/s] between times while the sine acts."""
         slots, span = self.slots, np.diff(times)
         middle = 0.5 * (times[1:] + times[:-1]) - slots[START]
         mean = np.sin(slots[RATE] * middle + slots[PHASE]) * np.sinc(slots[RATE] * span / (2.0 * np.pi))

@@ -1,4 +1,4 @@
-"""A motion in progress: one run of the kernels, fed piece by piece, its log emptied, its limits kept."""
+"""Integration in progress: one run of the kernels, advanced in chunks, with its log and its limits."""
 
 import math
 import threading
@@ -53,7 +53,7 @@ def next_steps(steps: int, took: float) -> int:
 def refuse_fixed_steps(case: Case) -> None:
     """Raise `InputError` for a case of fixed steps: they have no exact derivative."""
     if case.run.fixed_step is not None:
-        rule = "must be absent where the derivative of the motion is wanted: it needs located contacts"
+        rule = "must not be given where the derivative of the motion is requested: it needs located contacts"
         raise InputError.of("run.fixed_step", case.run.fixed_step, rule, "Remove it")
 
 
@@ -78,7 +78,7 @@ class Course:
     log
         Contact changes that there is room for in a piece; a piece ends where there might be more.
 
-    Raises `InputError` where a derivative is wanted of fixed steps.
+    Raises `InputError` where the derivative of fixed steps is requested.
 
     """
 

@@ -88,7 +88,7 @@ class Simulation:
         return replace(self, packed=pack(self.case, span=self.ends[-1], member=member))
 
     def samples(self, motion: KeptMotion | None, written: Floats, ended: Ended, left: float) -> Samples:
-        """Return the samples, shape [time, column]: written during the run, computed on request, or both after a whole run."""
+        """Return the samples, shape [time, column]: written during the run, computed on request, or both after a complete run."""
         if motion is None:
             return WrittenSamples(written, left)
         motion.reached, motion.left = ended.reached, left
@@ -196,7 +196,7 @@ class Watch:
             self.progress(self.sum, self.total)
 
     def reason_to_stop(self, place: int, case: Case, t: float, steps: int) -> Status | None:
-        """Note that a run has reached t [s] in so many steps; return why it must stop now, or None."""
+        """Note that a run has reached t [s], and its number of steps; return why it must stop now, or None."""
         self.report(place, t)
         if self.stop.is_set():
             return Status.INTERRUPTED

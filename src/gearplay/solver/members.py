@@ -68,7 +68,7 @@ class ReusedRun:
 
 
 def build_of(packed: Packed, places: Ints) -> tuple[Any, ...]:
-    """Return the key of the arrays of a run: all that they depend on but the numbers that `ReusedRun.take` copies."""
+    """Return the key of the arrays of a run: all that they depend on except the numbers that `ReusedRun.take` copies."""
     system = packed.system
     tables = (
         system.elements,
@@ -103,7 +103,7 @@ class Pool:
 
 @dataclass(eq=False)
 class Members(Sequence[Trajectory]):
-    """The runs of several members of a case: each `Trajectory` is made when it is looked at.
+    """The runs of several members of a case: each `Trajectory` is made on first access.
 
     ``place`` is the number of the first among the runs of one call; a member's is so much higher.
     """
@@ -213,7 +213,7 @@ class _Block:
         return watch.reason_to_stop(-1 - self.place, self.wanted.case, reached, -1)
 
     def _end_all(self, run: Run, reason: Status) -> None:
-        """End the present member and all after it where they are."""
+        """End the present member and all later ones at their present times."""
         place, at = self.batch.place, int(self.batch.place[kernel.MEMBER])
         while place[kernel.MEMBER] < len(self.numbers):
             if place[kernel.PHASE] == kernel.UNBEGUN:

@@ -99,7 +99,7 @@ def run_few(
 
 
 def _simulation(case: Case, signals: list[str] | None, members: int) -> Simulation:
-    """Return the simulation of so many members of a case; `ResourceError` where it is too large."""
+    """Return the simulation of ``members`` members of a case; `ResourceError` where it is too large."""
     packed, run = pack(case), case.run
     kept = choose_columns(packed, signals)
     check_estimate(

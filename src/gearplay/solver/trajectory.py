@@ -55,7 +55,7 @@ def _every(labels: tuple[tuple[str, tuple[str, ...]], ...]) -> tuple[Column, ...
 
 
 def choose_columns(packed: Packed, wanted: list[str] | None) -> tuple[tuple[Column, ...], NDArray[np.int64]]:
-    """Return the wanted columns and their places in a full row.
+    """Return the requested columns and their indices in a full row.
 
     ``wanted`` holds signal names (``ax``) or one element's signal (``ring.ax``); None keeps all.
 
@@ -130,7 +130,7 @@ class Counters(NamedTuple):
 
 
 def wedged_meshes(packed: Packed, tallies: Floats, span: float) -> dict[str, float]:
-    """Return the share of ``span`` [s] for which both flanks of a mesh touched and only one could act, where there was such.
+    """Return the share of ``span`` [s] for which both flanks of a mesh touched and only one could act; no entry for the others.
 
     Nothing of a run that ended before its record began.
     """

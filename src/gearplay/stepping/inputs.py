@@ -94,7 +94,7 @@ def _find(case: Case, packed: Packed, given: str, name: str) -> Input:
         rule = f"must be of a rotor with a drive of kind {' or '.join(wanted)}, and {rotor} has {has}"
         raise InputError.of("inputs", given, rule, f"Change rotors.{rotor}.drive, or leave it out")
     if getattr(drive, "ramp", 0.0) > 0.0:
-        rule = "must be the speed of a servo without a ramp, which would go on towards the case's own speed"
+        rule = "must be the speed of a servo without a ramp, which would continue to the case's own speed"
         raise InputError.of("inputs", given, rule, f"Remove rotors.{rotor}.drive.ramp")
     if getattr(drive, "over_time", None) is not None:
         rule = f"must be of a drive whose {at} is a constant, and that of {rotor} is given over time"

@@ -95,7 +95,7 @@ class Table:
         self._bounds = [batch * n // len(shares) for n in range(len(shares) + 1)]
 
     def begin(self, steps: int) -> tuple[Floats, Floats]:
-        """Make room for a number of steps; return their lengths [s], shape [step], and inputs, shape [step, member, input]."""
+        """Allocate a number of steps; return their lengths [s], shape [step], and inputs, shape [step, member, input]."""
         run = self.shares[0].run
         ends, inputs = np.zeros(steps), np.zeros((steps, *self.values.shape))
         self.outputs = np.zeros((steps, len(self.values), run.columns.size))
@@ -133,7 +133,7 @@ class Table:
         return wanted.view(array.dtype)
 
     def take(self, pool: Executor | None) -> None:
-        """Take the steps that room was made for, on all threads."""
+        """Take the allocated steps, on all threads."""
         if pool is None:
             self.shares[0].take()
             return

@@ -124,7 +124,7 @@ class Stepper:
         self.reset()
 
     def _begin(self) -> None:
-        """Make room for single steps."""
+        """Allocate the arrays of single steps."""
         self._dt, inputs = self._table.begin(1)
         self._u, self._all = inputs[0], self._table.outputs[0]
         self._y: Floats = self._all[0] if self.batch == 1 else self._all

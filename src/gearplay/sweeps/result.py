@@ -70,7 +70,7 @@ class SweepResult(OfDataset):
         return [*axes, *kept, *((f"{count} failed", reason) for reason, count in self.account.reasons)]
 
     def pictures(self) -> list[Picture]:
-        """Return the pictures that make sense for it, each a PNG with a caption; none where nothing varies."""
+        """Return the applicable pictures, each a PNG with a caption; none where nothing varies."""
         from gearplay.sweeps.report.figures import pictures_of
 
         return pictures_of(Sweep(self.plan), self.dataset)

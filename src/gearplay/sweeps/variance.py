@@ -163,7 +163,7 @@ def sobol_indices(design: Design, values: Floats, *, confidence: float = 0.95, s
 
 
 def grid_indices(names: tuple[str, ...], table: Floats) -> Indices:
-    """Return the Sobol indices of the axes of a full grid, each value as likely as the others; shape [axis, ..., member].
+    """Return the Sobol indices of the axes of a full grid, all values equally likely; shape [axis, ..., member].
 
     Members are averaged first. The first-order index is the variance of the means over all other axes, the total index the
     mean of the variances along the axis itself, both over the variance of the whole; exact, so without an interval.

@@ -169,7 +169,7 @@ class DrawnGear:
 
     @property
     def length_to_tip(self) -> float:
-        """Way along the base tangent from its tangent point to the tip circle [m], 0 for a ring's tip within its base circle."""
+        """Length of the base tangent from its tangent point to the tip circle [m], 0 for a ring's tip within its base circle."""
         return math.sqrt(max(self.tip**2 - self.base_radius**2, 0.0))
 
 

@@ -165,17 +165,17 @@ class GearPair:
 
     @property
     def overlap(self) -> float:
-        """Way by which the contact shifts along the path over the facewidth [m], b tan beta_b; 0 of spur gears."""
+        """Shift of the contact along the path over the facewidth [m], b tan beta_b; 0 of spur gears."""
         return (self.facewidth or 0.0) * math.tan(self.first.base_helix)
 
     @property
     def overlap_ratio(self) -> float:
-        """eps_beta: that way over the base pitch."""
+        """Overlap ratio eps_beta: `overlap` over the base pitch."""
         return self.overlap / self.first.base_pitch
 
     @property
     def pitch_place(self) -> float:
-        """Place of the pitch point on the line of action, from the tangent point of the first gear [m]."""
+        """Position of the pitch point on the line of action, from the tangent point of the first gear [m]."""
         return self.first.base_radius * self.base_tangent / self.least_distance
 
     @property

@@ -192,7 +192,7 @@ def _energy(pair: GearPair, place: float, modulus: float, poisson: float) -> flo
 def path_stiffness(
     pair: GearPair, method: Method, modulus: float, poisson: float, line_load: float
 ) -> PathStiffness:
-    """Return the stiffness of a pair of gears over its path of contact, kept for the cases of a sweep."""
+    """Return the stiffness of a pair of gears over its path of contact, cached for the cases of a sweep."""
     return PathStiffness(pair, method, modulus, poisson, line_load)
 
 

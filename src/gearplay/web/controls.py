@@ -265,7 +265,7 @@ def _either(one: float | None, other: float | None) -> float | None:
 
 
 def _shown(part: BaseModel, path: str, measure: Measure) -> tuple[str, float]:
-    """Return the display unit of a field and how many of it are one SI unit."""
+    """Return the display unit of a field and the factor from SI to it."""
     if isinstance(measure, HertzStiffness):
         return q.hertz_stiffness(getattr(part, "exponent", 1.5)).unit, 1.0
     if measure.quantity is None:

@@ -83,14 +83,14 @@ def heading(kind: str, job: Job, case: Case) -> dict[str, Any]:
 
 
 def failures_of(reasons: Any) -> list[list[Any]]:
-    """Return the places of a table where a case failed, each with its reason last."""
+    """Return the indices of a table where a case failed, each followed by its reason."""
     return [
         [*map(int, place), str(reasons[tuple(place)])] for place in np.argwhere(reasons.astype(str) != "")
     ]
 
 
 def axis_of(job: Job, name: str = "axis") -> tuple[str, float, float]:
-    """Return a field's path and its ends [SI]."""
+    """Return the path of a varied field and the ends of its range [SI]."""
     given = job.get(name)
     if not isinstance(given, Mapping) or not isinstance(given.get("path"), str):
         raise InputError.of(name, str(given), "must have a path, low and high", "Choose a field")

@@ -19,7 +19,7 @@ USUAL_TORQUE = 10.0
 
 
 def suggested(case: Case) -> dict[str, Any]:
-    """Return what the form of the page starts with: shaft, held shaft, rated torque [N m].
+    """Return the initial values of the page's form: shaft, held shaft, rated torque [N m].
 
     >>> from gearplay.model.reading import load_case
     >>> suggested(load_case("two-stage-reducer"))

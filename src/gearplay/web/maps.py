@@ -155,7 +155,7 @@ def _counted(contacts: list[str]) -> list[dict[str, Any]]:
 
 
 def _by_member(values: Any, members: int) -> Any:
-    """Return a table with the members last, also where there is one."""
+    """Return a table with the member axis last, added where missing."""
     return values if members > 1 else values[..., None]
 
 

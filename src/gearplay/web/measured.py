@@ -80,7 +80,7 @@ def _read(path: Path) -> tuple[Floats | None, list[Channel]]:
 
 
 def _factor(unit: str, quantity: Quantity) -> float | None:
-    """Return how many SI units of a quantity are one of ``unit``; None for no unit, or one of another quantity."""
+    """Return the factor from ``unit`` to the SI unit of a quantity; None for no unit, or one of another quantity."""
     try:
         return parse_quantity(f"1 {unit}", quantity) if unit else None
     except UnitError:

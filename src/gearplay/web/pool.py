@@ -19,7 +19,7 @@ WORDS, RESULT = b"w", b"r"
 
 
 class QueueFullError(Exception):
-    """The queue has no room."""
+    """Raised where the queue is full."""
 
 
 @dataclass(eq=False)
@@ -36,7 +36,7 @@ class Job:
 
 
 class JobError(Exception):
-    """Failure of a job, with a message for its user; ``cancelled`` where the user cancelled it."""
+    """Failure of a job, with a message for the user; ``cancelled`` where the user cancelled it."""
 
     def __init__(self, words: str, *, cancelled: bool = False) -> None:
         super().__init__(words)

@@ -26,7 +26,7 @@ LIMIT = 600.0
 
 
 class Wire:
-    """One page at the other end of a WebSocket."""
+    """Connection to one page over a WebSocket."""
 
     def __init__(self, socket: WebSocket, pool: Pool, store: Store) -> None:
         self.socket, self.pool, self.store = socket, pool, store

@@ -57,7 +57,7 @@ class OutputFolder:
         return done
 
     def place(self, identity: str, *, overwrite: bool, anew: bool = False) -> Path:
-        """Return the working directory of the folder, which the caller holds: itself or its staging directory.
+        """Return the working directory of the folder, which the caller has locked: itself or its staging directory.
 
         A complete result that is still in staging replaces the old one first. With ``anew`` nothing is resumed.
         """

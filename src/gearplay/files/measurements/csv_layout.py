@@ -66,7 +66,7 @@ def is_number(text: str) -> bool:
 
 
 def clock_time(text: str) -> tuple[int, bool] | None:
-    """Return a clock time [ns] and whether it has a date; none where the text is none.
+    """Return a clock time [ns] and whether it has a date; None for other text.
 
     Times are hh:mm:ss with up to nine decimals, dated as ISO 8601 has it; a time zone is ignored.
 

@@ -68,7 +68,7 @@ def _converted(raw: NDArray[Any], channel: Any) -> NDArray[Any]:
 
 
 def _held(file: IO[bytes], place: int) -> int | None:
-    """Return the bytes of records in the data block at a place and in those it lists; none where they are in columns.
+    """Return the number of record bytes in the data block at ``place`` and those it lists; None for column storage.
 
     A block has a name, its length, the number of its links and these (ASAM MDF 4.1); DZ blocks state their length unpacked.
     """

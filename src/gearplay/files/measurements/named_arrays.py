@@ -109,7 +109,7 @@ Load = Callable[[Entry], NDArray[Any]]
 
 @dataclass(frozen=True)
 class _Column:
-    """One channel to be: an entry, or a column of one."""
+    """Candidate for a channel: an entry, or a column of one."""
 
     entry: Entry
     name: str

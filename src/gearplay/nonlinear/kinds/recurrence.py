@@ -40,7 +40,7 @@ def delay_states(samples: Floats, delay: int, coordinates: int = COORDINATES) ->
 
 
 def neighbours(states: Floats) -> tuple[Floats, NDArray[np.intp]]:
-    """Return the distance of each state's nearest one of another time, and its index, both of shape [state]."""
+    """Return the distance and the index of each state's nearest neighbour at another time, both of shape [state]."""
     from scipy.spatial import cKDTree
 
     count = min(len(states), 2 * THEILER + 2)  # at least one of so many is of another time

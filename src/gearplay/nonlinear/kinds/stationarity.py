@@ -43,7 +43,7 @@ class LineChange(NamedTuple):
 
 
 def line_change(samples: Floats) -> LineChange:
-    """Return the change of the lines of samples, shape [period, signal], in the pass that shows most of a linear one.
+    """Return the change of the spectral lines of samples, shape [period, signal], of the pass with the largest linear change.
 
     Later lines may take up a change of their neighbour.
 
@@ -119,7 +119,7 @@ def _fit(samples: Floats, turns: Floats) -> tuple[Floats, Complex, Complex, Floa
 
 
 def _sharpened(turns: Floats, sizes: Complex, changes: Complex, periods: int) -> Floats:
-    """Return corrected frequencies, without those that have met an earlier one or the mean."""
+    """Return corrected frequencies, without those that coincide with an earlier one or with 0."""
     across = np.sum((changes * sizes.conj()).imag, axis=1)
     shift = across / np.maximum(np.sum(np.abs(sizes) ** 2, axis=1), 1e-300) / (math.pi * (periods - 1))
     turns = np.abs(turns + np.clip(shift, -0.5 / periods, 0.5 / periods))

@@ -79,7 +79,7 @@ class AutonomousMap(StrobeMap):
         self.scale = np.append(self.scale, 1.0)
         flow = self.member(parameter).flow
         if not flow.packed.contact_labels:
-            rule = "must be false for a case without a contact, whose orbits nothing cuts"
+            rule = "must be false for a case without a contact, which has no section for its orbits"
             raise InputError.of("autonomous", True, rule, "Give a coupling a play, or a mesh")
         self._section = None if section is None else section_of(flow, section)
 
@@ -126,7 +126,7 @@ class AutonomousMap(StrobeMap):
         if len(times) < periods + 2:
             raise SimulationError(
                 f"orbit: the motion returned {len(times)} times to the section within {end:.4g} s and then comes to rest, or "
-                "goes away. Ask for another section, for fewer periods before, or for a case that hunts."
+                "diverges. Choose another section, for fewer periods before, or for a case that hunts."
             )
         distances = [self._distance(each, states[periods]) for each in states[periods + 1 :]]
         at = next((k for k, d in enumerate(distances) if d < REPEATED), int(np.argmin(distances)))

@@ -224,7 +224,7 @@ def _advance(follower: _Follower, here: _Place, step: float) -> tuple[_Place, in
 
 
 def _tests(place: _Place) -> dict[str, float]:
-    """Return the test functions of a place: each crosses zero at a special point of its kind."""
+    """Return the test functions at a point: each crosses zero at a special point of its kind."""
     multipliers = place.orbit.multipliers
     doubling = float(np.real(np.prod(multipliers + 1.0)))
     pairs = [multipliers[i] * multipliers[j] - 1.0 for i in range(multipliers.size) for j in range(i)]
@@ -288,7 +288,7 @@ def _locate(follower: _Follower, here: _Place, there: _Place, step: float, kind:
 
 
 def _bisect(follower: _Follower, here: _Place, step: float, keeps: Callable[[_Place], bool]) -> _Place:
-    """Return the last place along a step that keeps what ``here`` has, by bisection."""
+    """Return the last point along a step for which ``keeps`` holds, by bisection from ``here``."""
     low, high, best = 0.0, step, here
     while high - low > 1e-9 * max(1.0, step):
         middle = 0.5 * (low + high)

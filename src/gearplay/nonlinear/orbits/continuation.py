@@ -258,7 +258,7 @@ def check_branches(case: Source, path: str) -> None:
 
 
 def _sharp_family(varied: Varied, base: Case, *, keep_load: bool = False) -> Family:
-    """Return the family at a tolerance that derivatives need."""
+    """Return the family of cases at a tolerance fine enough for derivatives (`sharp`)."""
     found = varied.family(base, keep_load=keep_load)
     return (lambda value: sharp(found(value))) if varied.is_function else found
 

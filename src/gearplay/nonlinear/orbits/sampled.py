@@ -40,7 +40,7 @@ EQUAL: Final = 1e-9
 def sample_time(packed: Packed) -> float | None:
     """Return the time [s] between two samples of a case that only sampled controls excite, None for another.
 
-    Of loops whose position loop is sampled less often the time between two of its samples. Raises `InputError` for loops with
+    Where the position loop is sampled less often, its sample time counts. Raises `InputError` for loops with
     different times.
     """
     loops: Any = packed.system.records[POSITIONER]
@@ -79,7 +79,7 @@ class SampledMap(StrobeMap):
         return self._kept[parameter]
 
     def settled(self, parameter: float, returns: int) -> Settled:
-        """Return twice `MOST_SAMPLES` states of the motion after so many returns to its first contact.
+        """Return twice `MOST_SAMPLES` states of the motion after a number of returns to its first contact.
 
         Raises `SimulationError` where it comes to rest.
         """
@@ -101,7 +101,7 @@ class SampledMap(StrobeMap):
             elif k * period > longest:
                 raise SimulationError(
                     f"orbit: {np.count_nonzero(opened[:, 1] == first)} of {returns} returns to the first contact came within "
-                    f"{longest:.4g} s: the motion comes to rest, or goes away. Ask for fewer, or for a case that hunts."
+                    f"{longest:.4g} s: the motion comes to rest, or diverges. Ask for fewer, or for a case that hunts."
                 )
         if self.distance(states[-1], states[-2]) < STILL:
             raise SimulationError(

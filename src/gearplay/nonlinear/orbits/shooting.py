@@ -104,7 +104,7 @@ def find_orbit(period_map: PeriodMap, guess: Floats, parameter: float, *, order:
         if residual <= CLOSE:
             if (lower := order_of(found.states, scale)) < order:
                 raise SimulationError(
-                    f"orbit: what is near the guess repeats after {lower} of {order} periods already. "
+                    f"orbit: the motion near the guess repeats after {lower} of {order} periods already. "
                     f"Ask for order {lower}."
                 )
             return _polished(period_map, found, parameter, residual)

@@ -50,7 +50,7 @@ def pack_position_loops(packing: Packing) -> None:
 
 
 def _place_states(record: Any) -> int:
-    """Give the states of a loop behind its integral their places; return how many it has."""
+    """Assign indices to the states of a loop after its integral; return their number."""
     states = 2 if record.sample_time > 0.0 else 1
     for field, present in (
         ("lagged", record.lag > 0.0),

@@ -100,7 +100,7 @@ class SpeedDrive(_SpeedDrive):
             problems.append(Problem(("ripple",), rule, "Remove one of the two"))
         total = sum(term.amplitude for term in self.ripple)
         if total >= 1.0:
-            rule = f"must have amplitudes that add up to less than 1, lest the shaft reverse; they make {total:.4g}"
+            rule = f"must have amplitudes that add up to less than 1, or the shaft reverses; they make {total:.4g}"
             problems.append(Problem(("ripple",), rule, "Lower the amplitudes"))
         if self.ripple and self.ramp > 0.0:
             rule = "must be 0 for a drive with a ripple, which has its full speed from the start"
@@ -179,7 +179,7 @@ class ServoDrive(_SpeedDrive):
 class MotorDrive(Actuator):
     """Motor at a voltage u: ``inductance i' + resistance i + torque_constant omega = u``, torque ``torque_constant i``.
 
-    The current is a state, 0 at the start; the rotor starts with the speed without load, unless ``initial.omega`` is given.
+    The current is a state, 0 at the start; the rotor starts with the no-load speed, unless ``initial.omega`` is given.
     """
 
     kind: Literal["motor"] = "motor"
@@ -200,7 +200,7 @@ class MotorDrive(Actuator):
 
     @property
     def speed(self) -> float:
-        """Speed without load [rad/s]."""
+        """No-load speed [rad/s]."""
         return self.voltage / self.torque_constant
 
     @property

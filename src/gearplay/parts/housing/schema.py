@@ -56,7 +56,7 @@ class Harmonic(Part):
     direction: Direction = 0.0
 
     def fill(self, slots: Floats, span: float, _: Member) -> Floats:
-        """Write the parameters of the motion for a run of ``span`` [s]; return the pieces of its record, none for a half sine."""
+        """Write the parameters of the motion for a run of ``span`` [s]; return the pieces of its record, none for a sine."""
         slots[housing_motion.KIND] = housing_motion.HARMONIC
         slots[housing_motion.AMPLITUDE], slots[housing_motion.PHASE] = self.amplitude, self.phase
         slots[housing_motion.RATE] = 2.0 * math.pi * self.frequency
@@ -65,7 +65,7 @@ class Harmonic(Part):
 
 
 class HalfSine(Part):
-    """A shock: ``amplitude sin(pi (t - start) / duration)`` for ``duration``, before and after it nothing."""
+    """A shock: ``amplitude sin(pi (t - start) / duration)`` for ``duration``, 0 before and after it."""
 
     kind: Literal["half-sine"] = "half-sine"
     amplitude: Amplitude
@@ -159,7 +159,7 @@ class SpectralDensity(Part):
 
 
 class MeasuredRecord(Part):
-    """A record of equal steps, a cubic spline between its values, before and after it nothing."""
+    """A record of equal steps, a cubic spline between its values, 0 before and after it."""
 
     kind: Literal["record"] = "record"
     values: Annotated[tuple[Amplitude, ...], Listed(4, 200_000, "values of the acceleration")]
@@ -208,7 +208,7 @@ class Base(Part):
 
     @property
     def random(self) -> SpectralDensity | None:
-        """The motion where it is random."""
+        """The motion if it is random, else None."""
         return self.acceleration if isinstance(self.acceleration, SpectralDensity) else None
 
     @property

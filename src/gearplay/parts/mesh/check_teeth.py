@@ -252,7 +252,7 @@ def _misfits(case: Train, names: list[str], at: dict[str, tuple[float, float]]) 
             yield Finding(
                 "warning",
                 f"rotors.{name}.position",
-                f"its teeth cannot mesh with {suns[0]} and {rings[0]} as those of {other} do: it is "
+                f"its teeth cannot mesh with {suns[0]} and {rings[0]} as those of {other} do: they are "
                 f"{abs(steps - round(steps)):.3g} of a step of {360.0 / teeth:.5g} deg off. "
                 f"Turn it by {turn:.4g} deg about the centre, to {place_words(x, y)}.",
             )

@@ -150,7 +150,7 @@ def _stiffness_faults(case: Train, j: int, given: Mapping[str, Toothing]) -> Ite
 
 
 def _pair_faults(case: Train, j: int, given: Mapping[str, Toothing]) -> Iterator[Fault]:
-    """Refuse what pairs of teeth do not have, and deviations that a mesh cannot follow."""
+    """Refuse fields that contact by pairs of teeth excludes, and deviations that a mesh cannot follow."""
     mesh = case.meshes[j]
     if mesh.contact == "pairs":
         if not isinstance(mesh.stiffness, TeethStiffness):

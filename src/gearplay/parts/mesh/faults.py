@@ -99,7 +99,7 @@ class CrackFault(GearFault):
 
 
 class ChipFault(GearFault):
-    """A chipped tip: the share of the facewidth that is lost above a height carries nothing."""
+    """A chipped tip: the share of the facewidth that is lost above a height carries no load."""
 
     needs_pairs: ClassVar[bool] = True
 
@@ -127,7 +127,7 @@ class SpallFault(GearFault):
 
 
 class MissingToothFault(GearFault):
-    """A broken tooth: its pairs carry nothing."""
+    """A broken tooth: its pairs carry no load."""
 
     needs_pairs: ClassVar[bool] = True
     along_facewidth: ClassVar[bool] = True
@@ -137,7 +137,7 @@ class MissingToothFault(GearFault):
 
 
 class PitchFault(GearFault):
-    """A tooth out of its place."""
+    """A tooth displaced along the pitch circle."""
 
     along_facewidth: ClassVar[bool] = True
 

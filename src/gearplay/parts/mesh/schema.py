@@ -217,7 +217,7 @@ class Mesh(Part):
 
 
 class PlanetMesh(Mesh):
-    """A mesh within a planetary set, whose gears are called as their rotors: ``set.member``."""
+    """A mesh within a planetary set; its gears have the names of their rotors, ``set.member``."""
 
     @property
     def rotors(self) -> tuple[str, str]:

@@ -95,7 +95,7 @@ def _is_member(name: object, sets: Iterable[str]) -> bool:
 
 
 def _is_made(table: str, name: object, sets: Iterable[str]) -> bool:
-    """Return whether a part is one that a set makes: of any member, in ``bearings`` of a planet."""
+    """Return whether a planetary set generates a part: any part of a member, in ``bearings`` only those of planets."""
     planets = table != "bearings" or ".planet" in str(name)
     return planets and _is_member(name, sets)
 

@@ -65,21 +65,21 @@ class Member(Part):
 
     @property
     def stands(self) -> bool:
-        """Whether it is kept from turning: fixed, driven at speed 0, or held by a torsional spring."""
+        """Whether the member is kept from turning: fixed, driven at speed 0, or held by a torsional spring."""
         driven_at_0 = isinstance(self.drive, SpeedDrive) and self.drive.speed == 0.0
         return (
             self.fixed or driven_at_0 or (self.support is not None and self.support.torsional_stiffness > 0.0)
         )
 
     def rotor(self, at: tuple[float, float], **more: Any) -> Rotor:
-        """Return it as a rotor with its centre ``at`` [m]."""
+        """Return the member as a rotor with its centre ``at`` [m]."""
         drive = SpeedDrive(speed=0.0) if self.fixed else self.drive
         shared = {name: getattr(self, name) for name in Member.model_fields if name in Rotor.model_fields}
         return Rotor.model_validate(shared | {"drive": drive, "position": at} | more)
 
 
 class Toothed(Member, Toothing):
-    """A sun or a ring."""
+    """Gear that is the sun or the ring of a set."""
 
     teeth: Teeth
     runout: Runout = Runout.model_construct()

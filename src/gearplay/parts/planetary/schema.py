@@ -250,7 +250,7 @@ class Planetary(Part):
             yield Problem(at, rule, "Take fewer planets, or smaller ones")
 
     def _distance_problem(self) -> Problem | None:
-        """Return what is wrong with the distance of drawn gears: teeth that do not reach each other or strike."""
+        """Return the problem of a distance of drawn gears: teeth that do not reach each other or interfere."""
         sun, planet, ring = (
             self._gear(self.sun),
             self._gear(self.planets),

@@ -38,7 +38,7 @@ class TipRelief(Part):
 
     @property
     def power(self) -> float:
-        """Power of the way from the start of the relief with which it rises."""
+        """Exponent of the relief over the distance from its start."""
         return 2.0 if self.shape == "parabolic" else 1.0
 
 

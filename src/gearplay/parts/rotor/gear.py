@@ -189,7 +189,7 @@ class Gear(Toothing):
 
 
 def split_name(name: str, rotors: Container[str]) -> tuple[str, str]:
-    """Return rotor and gear of a gear called as meshes call it, "" for the only gear of a rotor.
+    """Return rotor and gear from the name of a gear in a mesh, "" for the only gear of a rotor.
 
     >>> split_name("layshaft.wheel", ["layshaft"]), split_name("stage.sun", ["stage.sun"])
     (('layshaft', 'wheel'), ('stage.sun', ''))

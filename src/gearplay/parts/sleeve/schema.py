@@ -232,7 +232,7 @@ class Sleeve(Holder):
         )
 
     def at_temperature(self, path: str, journal: float, bush: float) -> "Sleeve":
-        """Return it with its radius and clearance, (R + c) f_bush - R f_journal.
+        """Return the sleeve with its radius and clearance, (R + c) f_bush - R f_journal.
 
         Raises `InputError` where the radius is not given, or the journal no longer fits its bush.
         """
@@ -258,7 +258,7 @@ class Sleeve(Holder):
         return "radial_clearance", text
 
     def findings(self, path: str, *, held: bool, alone: bool) -> Iterator[Finding]:
-        """Yield where Johnson's law ends."""
+        """Yield a finding on the end of Johnson's law."""
         if self.law != "johnson" or self.length is None:
             return
         depth = 4.0 * line.DEEPEST * self.radial_clearance
@@ -267,6 +267,6 @@ class Sleeve(Holder):
         yield Finding("note", f"{path}.law", f"{text}.")
 
     def time_invariant(self) -> "Sleeve":
-        """Return it without friction and with a restitution of 1."""
+        """Return the sleeve without friction and with a restitution of 1."""
         still = {"restitution": 1.0, "restitution_reading": "literal", "friction_coefficient": 0.0}
         return self.model_copy(update=still)

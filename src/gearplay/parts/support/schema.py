@@ -138,7 +138,7 @@ class Support(Holder):
         return self.stiffness is not None or self.cubic_stiffness > 0.0
 
     def holds_rotation(self) -> bool:
-        """Return whether it has a torsional stiffness."""
+        """Return whether the support has a torsional stiffness."""
         return self.torsional_stiffness > 0.0
 
     def pack(self, packing: Packing, name: str, damping: float) -> None:

@@ -24,8 +24,8 @@ class DragTrial(NamedTuple):
 def fit_drag(settings: Settings, work: Work) -> list[DragTrial]:
     """Fit the ring's drag to the six measured radial frequencies with the coupled model; best trial first.
 
-    f_r of the swing is proportional to sqrt(drag) (docs/theory), so each trial scales the drag by the squared geometric mean of
-    measured over simulated.
+    The radial frequency f_r is proportional to sqrt(drag) (docs/theory), so each trial scales the drag by the squared
+    geometric mean of measured over simulated.
     """
     drag = base_case(settings.variants[0], settings).rotors["ring"].load.drag
     done = []

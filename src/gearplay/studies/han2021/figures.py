@@ -181,7 +181,7 @@ def spectrum(figure: Figure, axes: Any, models: Models, at: int) -> None:
 
 @as_png(15.0, 5.4, 2, 6)
 def orbits(figure: Figure, axes: Any, models: Models) -> None:
-    """Draw the driven gear's centre in its clearance circle, one member a condition and model."""
+    """Draw the driven gear's centre in its clearance circle, one member per condition and model."""
     for row, (name, color) in zip(axes, COLORS.items(), strict=True):
         for ax, result in zip(row, models[name].results, strict=True):
             _draw_orbit(ax, result.orbit, result.condition.radial_clearance_um, color)
@@ -194,7 +194,7 @@ def orbits(figure: Figure, axes: Any, models: Models) -> None:
 
 @as_png(12.0, 5.4, 2, 3)
 def backlash(figure: Figure, axes: Any, models: Models) -> None:
-    """Draw the backlash history of one member a condition, coupled and uncoupled."""
+    """Draw the backlash history of one member per condition, coupled and uncoupled."""
     for at, (ax, condition) in enumerate(zip(axes.flat, conditions(), strict=True)):
         for name, color in COLORS.items():
             orbit = models[name].results[at].orbit

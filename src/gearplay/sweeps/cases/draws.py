@@ -47,14 +47,14 @@ def draw(design: Design, base: Case) -> Floats:
 
 
 def check_draws(design: Design, sample: Floats, base: Case) -> None:
-    """Raise `InputError` where the case does not take the least or the largest value that the draws of a parameter reach."""
+    """Raise `InputError` where the case refuses the least or the largest value that the draws of a parameter reach."""
     for at, p in enumerate(design.parameters):
         for reached in (float(sample[:, at].min()), float(sample[:, at].max())):
             try_draw(p, f"design.parameters.{at}", reached, base)
 
 
 def try_draw(p: Random, place: str, reached: float, base: Case) -> None:
-    """Raise `InputError` where the case does not take a value that the draws reach."""
+    """Raise `InputError` where the case refuses a value that the draws reach."""
     try:
         replace(
             base,
@@ -108,7 +108,7 @@ def correlation_matrix(design: Design) -> Floats | None:
 
 
 def correlated(unit: Floats, matrix: Floats | None) -> Floats:
-    """Return unit points whose normal scores have the wanted correlations (Gaussian copula)."""
+    """Return unit points whose normal scores have the given correlations (Gaussian copula)."""
     if matrix is None:
         return unit
     from scipy.special import ndtr, ndtri

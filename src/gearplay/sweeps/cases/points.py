@@ -167,7 +167,7 @@ def axis_values(axis: Axis, at: int, base: Case) -> tuple[Any, ...]:
 
 
 def _check_once(axis: Axis, at: int, values: tuple[Any, ...]) -> None:
-    """Raise `InputError` where an axis has a value twice: its cases would run, and stand in the result, twice."""
+    """Raise `InputError` where an axis has a value twice: its cases would be computed and stored twice."""
     seen: set[str] = set()
     for place, value in enumerate(values):
         if repr(value) in seen:

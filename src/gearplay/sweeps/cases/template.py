@@ -130,7 +130,7 @@ class Template:
         return found
 
     def case_at(self, index: int) -> tuple[Case, int]:
-        """Return the case and the member of a point; `InputError` where the case does not take its values."""
+        """Return the case and the member of a point; `InputError` where the case refuses its values."""
         values, member = self.points.at(index)
         return replace(self.base, self.changes(values)), member
 

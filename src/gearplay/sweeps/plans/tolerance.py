@@ -97,9 +97,7 @@ def tolerance_problems(
             Problem(("tolerance", "measure"), rule, did_you_mean(tolerance.measure, names, "Choose from"))
         )
     if design is None:
-        problems.append(
-            Problem(("tolerance",), "needs drawn parameters", "Add a [design] with what scatters")
-        )
+        problems.append(Problem(("tolerance",), "needs drawn parameters", "Add a [design] of parameters"))
         return problems
     drawn = {p.name: p for p in design.parameters}
     for at, name in enumerate(tolerance.scale):

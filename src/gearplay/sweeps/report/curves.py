@@ -120,7 +120,7 @@ def _crosses(ax: Any, view: View, along: str, failed: NDArray[np.bool_]) -> None
 
 
 def carried_axis(view: View) -> str | None:
-    """Return the axis along which cases go up and down, None where there is no ``direction`` or nothing to go along.
+    """Return the axis along which cases go up and down, None without an axis ``direction`` or without any other axis.
 
     It is the plan's; of a dataset made otherwise the first speed, or the longest axis.
     """

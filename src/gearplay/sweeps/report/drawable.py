@@ -87,7 +87,7 @@ def along_of(coordinate: "xr.DataArray", *, ordered: bool = True) -> Along:
 
 
 class View:
-    """A sweep's product made ready for pictures.
+    """Product of a sweep, prepared for pictures.
 
     Numeric axes are in order and without repetitions; an axis of one value is left out and named in ``alone``. ``axes`` are the
     dimensions that vary (``direction`` is one of categories), ``drawn`` the parameters along ``sample``; ``scalars`` are the

@@ -122,7 +122,7 @@ def _closed_line(
 
 
 def fields_at(sweep: Sweep, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the varied fields of a case by path, at those varied values by name that are known."""
+    """Return the varied fields of a case by path, from the varied values given by name; others are left out."""
     return {
         path: values[name] if scaled is None else scaled * values[name]
         for path, name, scaled in sweep.template.fields
@@ -156,7 +156,7 @@ def _excesses(sweep: Sweep, values: tuple[tuple[str, float], ...]) -> tuple[floa
 def _thermal_line(
     sweep: Sweep, j: int, across: Ends, up: Ends, fixed: Mapping[str, float]
 ) -> tuple[Floats, Floats] | None:
-    """Return the points (across, up) at which `excess_at` vanishes, found by search; None where it does nowhere."""
+    """Return the points (across, up) at which `excess_at` vanishes, found by search; None without a zero."""
     for along, other, swapped in ((up, across, False), (across, up, True)):
         if not along[0]:
             continue

@@ -54,7 +54,7 @@ def panels_of(view: View, free: Sequence[str], most: int) -> tuple[list[list[Pan
 
 
 def _places(view: View, name: str, most: int) -> list[dict[str, int]]:
-    """Return some places along an axis, spread evenly; without a name the one place that is everywhere."""
+    """Return some positions along an axis, spread evenly; without a name one selection of all axes."""
     return [{name: at} for at in spread_places(len(view.axes[name].values), most)] if name else [{}]
 
 

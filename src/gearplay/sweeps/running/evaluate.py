@@ -30,7 +30,7 @@ REFUSED, REDUCED = 100, 101
 
 
 class Sweep:
-    """A plan made ready to run: the `Task` whose pieces are outcomes.
+    """Executable plan: the `Task` whose pieces are outcomes.
 
     Raises `InputError` for a plan that does not fit its case.
     """

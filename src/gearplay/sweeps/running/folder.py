@@ -54,7 +54,7 @@ def remove_sweep(folder: Path) -> None:
 
 
 def jobs_left(made: Sweep, folder: Path, engine: Engine, *, retry: bool = False) -> list[int]:
-    """Claim a folder, which the caller holds, for a sweep; return the jobs of the engine's shard that it lacks, in order.
+    """Claim a folder locked by the caller for a sweep; return the missing jobs of the engine's shard, in order.
 
     ``retry`` includes failed ones. Raises `TakenError` where the folder belongs to another plan or is damaged.
     """
@@ -80,7 +80,7 @@ def run_in(
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> int:
-    """Run the missing cases of a sweep in its folder, which the caller holds; return their number.
+    """Run the missing cases of a sweep in its folder, locked by the caller; return their number.
 
     Every finished case is stored at once. ``left`` is the result of `jobs_left`, called here if not given.
     """

@@ -1,7 +1,7 @@
 """Largest clearances that keep a measure within its limit with a given probability, checked by independent draws.
 
 A factor multiplies what is drawn; every factor is simulated at the same points of the unit cube (common random numbers), so
-that neighbouring factors differ by the factor alone. Five factors spread over the range show where the wanted probability is
+that neighbouring factors differ by the factor alone. Five factors spread over the range show where the required probability is
 crossed, bisection narrows the last crossing, and an independent sample there checks the result.
 """
 
@@ -100,7 +100,7 @@ def largest_scale(
     steps: int = 12,
     check: Evaluate | None = None,
 ) -> Allowable:
-    """Return the largest factor with which a measure keeps to ``limit`` at the wanted ``probability``.
+    """Return the largest factor with which a measure keeps to ``limit`` at the required ``probability``.
 
     ``evaluate(factor)`` returns the measure's values, shape [sample] or [sample, member], from the same points for every
     factor; ``check(factor)`` the same from fresh points. ``steps`` factors are simulated: five, and then the middle of where the
@@ -172,7 +172,7 @@ def search_cases(plan: SweepPlan) -> int:
 
 
 def search_plan(plan: SweepPlan, tolerance: Tolerance, factor: float, *, fresh: bool = False) -> SweepPlan:
-    """Return the plan that simulates one factor of the search; ``fresh`` draws other points.
+    """Return the plan of the simulations at one factor of the search, with independent points if ``fresh``.
 
     The points of the unit cube do not depend on the factor. A saltelli design, whose points repeat values, becomes a
     ``sobol`` one.

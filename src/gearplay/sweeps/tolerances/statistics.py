@@ -38,7 +38,7 @@ FEWEST = 20
 
 @dataclass(frozen=True)
 class Proportion:
-    """A probability with its interval; not a number, and 0 to 1, where no case finished.
+    """A probability with its interval; NaN, with the interval 0 to 1, where no case finished.
 
     ``effective`` is the number of independent cases that the interval is made for.
     """

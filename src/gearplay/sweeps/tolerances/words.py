@@ -13,7 +13,7 @@ KEPT, EXCEEDED, OPEN = "kept", "exceeded", "open"
 CAPTION = {
     KEPT: "The limit is kept.",
     EXCEEDED: "The limit is not kept.",
-    OPEN: "The sample cannot tell whether the limit is kept: draw more points.",
+    OPEN: "The sample does not decide whether the limit is kept: draw more points.",
 }
 STANDING = {KEPT: "kept", EXCEEDED: "not kept", OPEN: "cannot be told"}
 
@@ -80,14 +80,14 @@ def indices_words(found: Indices) -> list[str]:
     if math.isfinite(found.unexplained):
         lines.append(
             f"The polynomial leaves {percent(found.unexplained)} of the variance unexplained when each point is predicted "
-            f"from the others{'; a saltelli design would tell more' if found.unexplained > 0.2 else ''}."
+            f"from the others{'; a saltelli design would separate more' if found.unexplained > 0.2 else ''}."
         )
     if math.isfinite(found.noise):
         tail = ", contained in every total index" if found.source == "sobol" else ""
         share = percent(found.noise) if found.noise < 1.0 else "As much as all"
         lines.append(
             f"{share} of the variance of the members' mean is scatter among members, which no parameter explains{tail}"
-            f"{': more members per point would tell more' if found.noise > 0.5 else ''}."
+            f"{': more members per point would reduce the noise' if found.noise > 0.5 else ''}."
         )
     return lines
 
@@ -115,7 +115,7 @@ def search_words(found: Allowable, parameters: Sequence[Random], scaling: str = 
         words = f"No factor of {span} keeps to the limit with probability {percent(found.wanted)}."
         if max(step.high for step in found.steps) >= found.wanted:
             words = (
-                f"The sample cannot tell whether a factor of {span} keeps to the limit with probability "
+                f"The sample does not decide whether a factor of {span} keeps to the limit with probability "
                 f"{percent(found.wanted)}: draw more points."
             )
         return [
@@ -171,7 +171,7 @@ def _check_words(found: Allowable) -> list[str]:
     verdict = {
         True: "confirms it",
         False: "contradicts it: draw more points",
-        None: "agrees, as near as it can tell",
+        None: "agrees within its uncertainty",
     }[found.confirmed]
     return [
         f"A fresh sample at × {found.check.factor:.3g} keeps to the limit with probability {percent(found.check.meets)} "

@@ -44,7 +44,7 @@ def tooth_rows(
     Parameters
     ----------
     case, name
-        The gear as its mesh calls it.
+        Name of the gear in its mesh.
     pair
         Its pair.
     stiffness

@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 
 def gear_of(case: "Train", name: str) -> "Gear | Rotor":
-    """Return a gear as a mesh calls it, ``rotor`` or ``rotor.gear``."""
+    """Return a gear given by its name in a mesh, ``rotor`` or ``rotor.gear``."""
     rotor, gear = split_name(name, case.rotors)
     return case.rotors[rotor].gear(gear)
 
 
 def rotor_of(case: "Train", name: str) -> str:
-    """Return the rotor of a gear as a mesh calls it."""
+    """Return the rotor of a gear given by its name in a mesh."""
     return split_name(name, case.rotors)[0]
 
 
@@ -42,7 +42,7 @@ def full_name(case: "Train", name: str) -> str:
 
 
 def ring_of(case: "Train", mesh: "Mesh") -> str | None:
-    """Return the mesh's internal gear as the mesh calls it, or None for an external pair."""
+    """Return the name of the mesh's internal gear in the mesh, or None for an external pair."""
     for name in (mesh.driver, mesh.driven):
         if gear_of(case, name).internal:
             return name
@@ -50,7 +50,7 @@ def ring_of(case: "Train", mesh: "Mesh") -> str | None:
 
 
 def teeth_of(case: "Train", name: str) -> int:
-    """Return the number of teeth of a gear that takes part in a mesh, called as the mesh does."""
+    """Return the number of teeth of a gear given by its name in a mesh."""
     teeth = gear_of(case, name).teeth
     assert teeth is not None, "validated: gears in a mesh have teeth"
     return teeth
@@ -258,7 +258,7 @@ def centres(case: "Train") -> dict[str, tuple[float, float]]:
 
 
 def _way(case: "Train", j: int, known: str) -> tuple[float, float]:
-    """Return the vector [m] from the centre of a rotor of mesh j to the other's, at `placed_distance`."""
+    """Return the vector [m] from the centre of the rotor ``known`` of mesh j to the other one's, at `placed_distance`."""
     mesh, A0 = case.meshes[j], placed_distance(case, j)
     if mesh.angle is not None:
         step = A0 if known == mesh.rotors[0] else -A0

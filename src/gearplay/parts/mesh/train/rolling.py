@@ -173,7 +173,7 @@ def rolling_ratios(case: "Train") -> tuple[str, NDArray[np.float64]]:
 
 
 def moving_speeds(case: "Train", nominal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return speeds with which the train turns the way it will, shape [rotor]: their signs are the senses of rotation.
+    """Return representative speeds of the train, shape [rotor]: their signs are the senses of rotation.
 
     The ``nominal`` ones; else those that a torque or a position servo gives by rolling, several of them the accelerations from
     rest; else those that initial speeds give; else, torques in balance, those that the first of them in the train gives. What is
