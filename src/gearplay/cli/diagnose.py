@@ -25,7 +25,7 @@ def diagnose(
         list[str] | None,
         typer.Option(
             "--bearing",
-            help='Elements, their diameter, pitch diameter: 8,7.9mm,33.5mm; on shaft 2 "...@2". May be repeated.',
+            help='Elements, their diameter, pitch diameter: 8,7.9mm,33.5mm, or 6205; on shaft 2 "...@2". May be repeated.',
         ),
     ] = None,
     speed: Annotated[

@@ -29,7 +29,9 @@ Pulses = Annotated[
 ]
 Units = Annotated[
     list[str] | None,
-    typer.Option("--unit", metavar="NAME=UNIT", help="Unit of a channel without one. May be repeated."),
+    typer.Option(
+        "--unit", metavar="NAME=UNIT", help="Unit of a channel, in place of the file's own. May be repeated."
+    ),
 ]
 Period = Annotated[str, typer.Option("--period", help="common, mesh, shaft, or a time: 25ms.")]
 
@@ -40,6 +42,9 @@ OPTIONS: Final = {
         name: f"--{name}" for name in ("hold", "positions", "stages", "temperatures", "tolerances", "columns")
     },
     "torque": "--rated-torque",
+    "teeth": "--teeth",
+    "bearings": "--bearing",
+    "expected": "--line",
     **{name: f"--{name.replace('_', '-')}" for name in ("load_case", "gear_bodies", "allowance")},
     **{name: f"--{name}" for name in ("fmi", "inputs", "outputs", "platforms", "tune")},
     "change": "--set",
@@ -48,6 +53,7 @@ OPTIONS: Final = {
 """Options by the names of the arguments that they set."""
 PHRASES: Final = {
     "or overwrite it": "or say --overwrite",
+    "Raise samples_per_revolution, or sample faster": "Sample faster",
     "Write it piece by piece (zarr)": "Say --zarr, which writes it piece by piece",
     "Draw a history": "Draw a history: --kind history",
 }
@@ -87,7 +93,9 @@ def with_options(error: GearplayError) -> GearplayError:
     """
     if isinstance(error, InputError):
         faults = [
-            each._replace(path=OPTIONS.get(each.path, each.path), cure=_translated(each.cure))
+            each._replace(
+                path=OPTIONS.get(each.path.partition("[")[0], each.path), cure=_translated(each.cure)
+            )
             for each in error.faults
         ]
         return error if faults == error.faults else type(error)(faults)

@@ -81,7 +81,7 @@ def diagnose(
         Teeth of driver and driven gear, the driver on the first shaft: "23:61"; of several stages "23:61, 19:47".
     bearings
         Rolling bearings, each "elements, diameter, pitch diameter" with an optional contact angle and shaft: "8, 7.9mm, 33.5mm",
-        "9, 7.9mm, 39mm, 15deg @2"; the outer ring stands.
+        "9, 7.9mm, 39mm, 15deg @2", or a designation of the catalogue: "6205", "ER-10K", "NICE", "UER204"; the outer ring stands.
     speed
         Of the first shaft: "1797 rpm" or [rad/s], to within 2 %; or a channel of speeds or angles, or a `ShaftAngle`, taken as
         it is. Needed without a case.

@@ -37,6 +37,8 @@ CEILING: Final = 0.95
 ABSENCE: Final = 0.65
 BLIND: Final = 0.4
 """Largest confidence of `HEALTHY` where the speed, and with it the gears, stay unknown."""
+BY_SPEED: Final = ("tooth", "eccentric", "planets", "rattle")
+"""Kinds whose evidence stands at multiples of the speed; where that stays unknown their largest confidence is `ALIKE`."""
 ALIKE: Final = 0.6
 """Largest confidence of a part of a bearing whose lines another part has too, less than `TWIN` weaker, or a shaft's turn."""
 TWIN: Final = 0.9
@@ -106,7 +108,7 @@ def ranked(machine: Machine, found: Measures, healthy: Measures | None) -> list[
     every.append(Hypothesis(HEALTHY, "none", (), 0.0))
     shares = [*(w / total for w in weights), 1.0 / total]
     blind = bool(machine.meshes) and not found.speed.known
-    most = {"none": BLIND if blind else ABSENCE}
+    most = {"none": BLIND, **dict.fromkeys(BY_SPEED, ALIKE)} if blind else {"none": ABSENCE}
     best = [
         replace(h, confidence=min(ALIKE if h.name in doubtful else most.get(h.kind, CEILING), share))
         for h, share in zip(every, shares, strict=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from gearplay.diagnosis.planetary_set import PlanetarySet
 from gearplay.signals.bearing_lines import BearingOrders, bearing_orders
-from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 if TYPE_CHECKING:
     from gearplay.model.case import Case
@@ -141,18 +141,25 @@ def machine_of_teeth(text: str) -> Machine:
 
 
 def bearing_of(text: str, number: int, turns: Sequence[float], *, alone: bool = True) -> Bearing:
-    """Return a bearing given as ``elements, diameter, pitch diameter[, contact angle][@shaft]``; ``turns`` are orders of shafts.
+    """Return a bearing given as ``elements, diameter, pitch diameter[, contact angle][@shaft]``, or ``designation[@shaft]``.
+
+    ``turns`` are orders of shafts; designations are those of `CATALOGUE`.
 
     >>> round(bearing_of("8, 7.9mm, 33.5mm", 1, [1.0]).orders.bpfi, 9)
     4.943283582
+    >>> round(bearing_of("6205@2", 1, [1.0, 0.5]).orders.bpfo, 4)
+    3.5848
     """
+    from gearplay.parts.bearing.geometry import CATALOGUE
     from gearplay.schema.units import UnitError, parse_quantity
     from gearplay.vocabulary.quantities import ANGLE, LENGTH
 
     body, at, place = text.partition("@")
     parts = [part.strip() for part in body.split(",")]
-    if not 3 <= len(parts) <= 4 or not re.fullmatch(r"[0-9]{1,4}", parts[0]):
-        raise InputError.of("bearings", text, "must be a bearing's geometry", BEARING)
+    known = CATALOGUE.get(body.strip())
+    if known is None and (not 3 <= len(parts) <= 4 or not re.fullmatch(r"[0-9]{1,4}", parts[0])):
+        rule = f"must be a bearing's geometry, or one of {', '.join(CATALOGUE)}"
+        raise InputError.of("bearings", text, rule, BEARING)
     shaft = place.strip() if at else "1"
     if not re.fullmatch(r"[0-9]{1,2}", shaft) or not 1 <= int(shaft) <= len(turns):
         rule = (
@@ -162,12 +169,16 @@ def bearing_of(text: str, number: int, turns: Sequence[float], *, alone: bool = 
         )
         raise InputError.of("bearings", text, rule, BEARING)
     try:
-        sizes = [parse_quantity(part, LENGTH) for part in parts[1:3]]
+        sizes = (
+            [known.element_diameter, known.pitch_diameter]
+            if known
+            else [parse_quantity(part, LENGTH) for part in parts[1:3]]
+        )
         angle = parse_quantity(parts[3], ANGLE) if len(parts) == 4 else 0.0
     except UnitError as error:
         raise InputError.of("bearings", text, error.rule, BEARING) from None
     try:
-        orders = bearing_orders(int(parts[0]), *sizes, contact_angle=angle)
+        orders = bearing_orders(known.elements if known else int(parts[0]), *sizes, contact_angle=angle)
     except InputError as error:
         fault = error.faults[0]
         raise InputError.of("bearings", text, f"{fault.path} {fault.rule}", fault.cure) from None
@@ -271,6 +282,6 @@ def described(case: Case | None, teeth: str | None, bearings: str | Sequence[str
     elif given:
         machine = Machine((Shaft("shaft 1", 1.0),))
     else:
-        rule = "must be described by a case, teeth or bearings"
-        raise InputError.of("machine", "nothing", rule, 'Give teeth "23:61" or a bearing "8, 7.9mm, 33.5mm"')
+        rule = "is required where neither a case nor a bearing is given"
+        raise InputError.of("teeth", NO_VALUE, rule, 'Give teeth "23:61", or a bearing "8, 7.9mm, 33.5mm"')
     return machine.with_bearings(given)

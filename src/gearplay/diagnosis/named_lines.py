@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -148,7 +148,31 @@ def named_envelope(
     wanted = envelope_names(machine, speed.frequency)
     plain = 0.0 if speed.known else 0.02
     slips = {name: 0.015 if any(word in name for word in ("BPF", "BSF", "FTF")) else plain for name in wanted}
-    return _named(frequency, amplitude, wanted, wanted, "envelope", slips, 0.01)
+    lines = _named(frequency, amplitude, wanted, wanted, "envelope", slips, 0.01)
+    return _with_multiples(lines, machine, float(frequency[1] - frequency[0]))
+
+
+def _with_multiples(lines: list[NamedLine], machine: Machine, resolution: float) -> list[NamedLine]:
+    """Return the lines of an envelope with peaks named that are high multiples of a bearing's line as it was found.
+
+    The line's frequency is that of the highest multiple found, of two at least, so that its slip does not matter.
+    """
+    at = {line.name: line.frequency for line in lines if not math.isnan(line.frequency)}
+    bases: dict[str, tuple[int, float]] = {}
+    for bearing in machine.bearings:
+        suffix = f" of {bearing.name}" if len(machine.bearings) > 1 else ""
+        for name in ("BPFO", "BPFI", "BSF"):
+            seen = [h for h in (1, 2, 3, 4) if _times(h, name) + suffix in at]
+            if len(seen) > 1:
+                bases[name + suffix] = seen[-1], at[_times(seen[-1], name) + suffix] / seen[-1]
+    named = []
+    for line in lines:
+        for name, (most, base) in bases.items():
+            h = round(line.frequency / base) if line.name == UNNAMED else 0
+            if h > 4 and abs(line.frequency - h * base) <= max(1.5, 0.5 * h / most) * resolution:
+                line = replace(line, name=_times(h, name), expected=h * base)
+        named.append(line)
+    return named
 
 
 def _each_once(lines: list[NamedLine]) -> list[NamedLine]:

@@ -91,7 +91,8 @@ def _finite(value: float) -> float | None:
 def _ratio(case: Train, j: int) -> str:
     """Return contact ratio, working angle and limits of the path of contact as text."""
     pair = geometry.installed_pair(case, j)
-    said = f"contact ratio {pair.contact_ratio:.4g}"
+    helical = bool(pair.first.helix_angle)
+    said = f"{'transverse ' if helical else ''}contact ratio {pair.contact_ratio:.4g}"
     first, second = geometry.gears_of_pair(case, j)
     cuts = [
         f"the tip of {one} stands {1e3 * beyond:.3f} mm inside the base tangent point of {other}, where there is no involute "
@@ -120,13 +121,13 @@ def _ratio(case: Train, j: int) -> str:
         said += f" (uncut {pair.path.uncut / pair.first.base_pitch:.4g}: {' and '.join(cuts)})"
     least, largest = contact_ratios(case, j)
     if largest - least > SAME_RATIO:
-        said += f", {least:.4g} to {largest:.4g} within the clearances"
+        said += f", {'in total ' if helical else ''}{least:.4g} to {largest:.4g} within the clearances"
     if abs(pair.working_angle - case.meshes[j].pressure_angle) > SAME_ANGLE:
         said += f", working pressure angle {math.degrees(pair.working_angle):.4f} deg at {1e3 * pair.distance:.6g} mm"
     if (limits := backlash_range(case, j)) is not None:
         middle = geometry.installed_backlash(case, j) * math.cos(pair.first.base_helix)
         said += f", normal backlash {1e6 * middle:.4g} um, by its allowances {1e6 * limits[0]:.4g} to {1e6 * limits[1]:.4g} um"
-    if pair.first.helix_angle:
+    if helical:
         width = f", overlap ratio {pair.overlap_ratio:.4g}" if pair.facewidth else ""
         said += f"{width}, helical: its axial force and tilting moment are not modelled"
     return said
