@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -164,6 +165,22 @@ def test_forms_of_backlash() -> None:
             case = pair(*gears, backlash=form)
             assert row(case)["backlash"] == pytest.approx(100e-6, rel=1e-9)
             assert gp.load_case(case.resolved()) == case
+
+
+def test_contact_ratios_of_helical_gears__transverse_and_total() -> None:
+    """The range over the clearances is of transverse and overlap ratio together, around their sum."""
+    gear = {"helix_angle": "15 deg", "facewidth": "40 mm"}
+    given = document({**gear, "teeth": 20}, {**gear, "teeth": 60}, backlash="100 um")
+    given["sleeves"] = {"two": {"radial_clearance": "200 um", "stiffness": 1e9}}
+    case = gp.load_case(given)
+    found = re.search(
+        r"transverse contact ratio (\S+), in total (\S+) to (\S+) within the clearances", said(case, "note")
+    )
+    assert found
+    transverse, least, largest = map(float, found.groups())
+    total = transverse + row(case)["overlap_ratio"]
+    assert (least + largest) / 2.0 == pytest.approx(total, abs=2e-3)
+    assert least < total < largest
 
 
 def test_limits_of_a_centre_distance_move_its_middle() -> None:
