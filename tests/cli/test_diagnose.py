@@ -121,7 +121,7 @@ def test_a_record_of_any_format__with_a_table_of_speeds(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        ([], "must be described by a case, teeth or bearings"),
+        ([], "is required where neither a case nor a bearing is given"),
         (["--teeth", "23:61", "--speed", "no such"], "--speed"),
         (["--teeth", "23"], "must be numbers of teeth"),
         (["--teeth", "23:61"], "must be given, within 2 %"),

@@ -141,19 +141,32 @@ def test_high_multiples_of_a_slipping_ring__have_its_name() -> None:
         assert each["name"] in (f"{h} x BPFO", "4 x BPFI")
 
 
-def test_speed_that_no_line_supports__states_no_cause() -> None:
-    """A pair 23:61 at 1500 rpm, its bearing damaged, is given as 1800 rpm: nothing at multiples of that speed is stated."""
+def damaged_bearing() -> gp.Channel:
+    """Return the acceleration of a pair 23:61 at 1500 rpm with shocks at 76.3 Hz, the outer ring of an ER-10K."""
     rng, n, rate = np.random.default_rng(1), 20_000, 20_000.0
     t = np.arange(n) / rate
     turn = 1.0 + 0.2 * np.cos(2 * np.pi * 25.0 * t) + 0.08 * np.cos(2 * np.pi * 25.0 * 23 / 61 * t)
     mesh = sum(a * np.cos(2 * np.pi * h * 575.0 * t + h) for h, a in ((1, 0.3), (2, 0.12), (3, 0.05)))
-    times = event_times(76.3, 1.0, 0.005, rng)
+    times = (np.arange(77) + 0.005 * rng.standard_normal(77)) / 76.308
     shocks = ringing(times, np.full(times.size, 0.5), n, rate, 4200.0, 800.0)
     x = turn * mesh + shocks + 0.05 * np.sin(2 * np.pi * 25.0 * t) + 0.05 * rng.standard_normal(n)
-    found = gp.diagnose(gp.Channel("acc", x, rate), teeth="23:61", speed="1800 rpm")
+    return gp.Channel("acc", x, rate)
+
+
+def test_speed_that_no_line_supports__states_no_cause() -> None:
+    """Given as 1800 rpm, nothing at multiples of that speed is stated."""
+    found = gp.diagnose(damaged_bearing(), teeth="23:61", speed="1800 rpm")
     assert found.ds.attrs["speed_source"] == "nominal"
     assert not found.told
     assert all(each["confidence"] <= 0.6 for each in found.hypotheses())
+
+
+def test_bearing_of_other_geometry__states_no_cause() -> None:
+    """A single line of the damaged ring lies at a sideband of the other bearing's element, and is no evidence alone."""
+    right = gp.diagnose(damaged_bearing(), bearings="ER-10K", speed="1500 rpm")
+    assert (right.hypotheses()[0]["name"], right.told) == ("bearing, outer ring", True)
+    wrong = gp.diagnose(damaged_bearing(), bearings="9, 7.94mm, 39.04mm", speed="1500 rpm")
+    assert not wrong.told
 
 
 def test_lines_at_one_place__no_confidence() -> None:

@@ -97,12 +97,13 @@ def best_comb(
     search: float = 0.0,
     without: Floats | None = None,
     balanced: bool = False,
+    several: bool = False,
 ) -> Comb:
     """Return the comb of greatest prominence over all bands, its frequency within ``frequency`` (1 -+ ``search``) [Hz].
 
     ``pattern`` holds for each line its multiple of the frequency and an offset [Hz]; lines nearer than 1.5 bins to one of
     ``without`` [Hz], which belong to another source, do not count. ``balanced`` counts the highest multiple with
-    its offsets at most as much as all others together.
+    its offsets at most as much as all others together, ``several`` the highest line at most as much as all others.
     """
     best = Comb(frequency, 0.0, 1.0, 0.0)
     for band in bands:
@@ -119,6 +120,7 @@ def best_comb(
         )
         total = np.zeros(trial.size)
         multiples = {k: np.zeros(trial.size) for k, _ in usable}
+        highest = np.zeros(trial.size)
         prominence = np.minimum(band.prominence, 1e5)
         taken = _taken(without, band) if without is not None else None
         for k, offset in usable:
@@ -129,8 +131,11 @@ def best_comb(
                 height = np.where(taken[at], 0.0, height)
             total += height
             multiples[k] += height
+            highest = np.maximum(highest, height)
         if balanced:
             total = np.minimum(total, 2.0 * (total - np.max([*multiples.values()], axis=0)))
+        if several and len(usable) > 1:
+            total = np.minimum(total, 2.0 * (total - highest))  # one line alone may be a multiple of anything
         at_best = int(np.argmax(total))
         chance = _chance(len(usable), count * len(bands))
         if total[at_best] / chance > best.height:

@@ -99,7 +99,14 @@ def measured(
         [k * each.order * f for each in turning for k in range(1, 11)] + _lines_of(machine, events, f)
     )
     combs = {
-        key: best_comb(bands, line, _pattern(machine.bearings[key[0]], key[1], f), search=SLIP, without=taken)
+        key: best_comb(
+            bands,
+            line,
+            _pattern(machine.bearings[key[0]], key[1], f),
+            search=SLIP,
+            without=taken,
+            several=True,
+        )
         for key, line in bearings.items()
     }
     loudest = max(bands, key=lambda band: band.kurtosis, default=None)
