@@ -99,7 +99,7 @@ def make_my_rig(path: Path) -> None:
 def make_drawn_gears(path: Path) -> None:
     """Write the wind stage, or the pair with pairs of teeth, of the page on gears as drawn."""
     text = (ROOT / "docs" / "teeth.md").read_text(encoding="utf-8")
-    wind, pairs, _ = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    wind, pairs, *_ = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     path.write_text(pairs if path.stem == "pairs" else wind, encoding="utf-8")
 
 

@@ -228,7 +228,7 @@ def test_shares_of_time_are_those_of_located_contacts(contacts: str) -> None:
 
 def test_there_is_no_exact_derivative() -> None:
     plain = replace(case(), {"run.fixed_step": 1e-6})
-    with pytest.raises(InputError, match=r"run\.fixed_step = 1e-06: must be absent where the derivative"):
+    with pytest.raises(InputError, match=r"run\.fixed_step = 1e-06: must not be given where the derivative"):
         gp.lyapunov(plain, duration=1.0)
     with pytest.raises(InputError, match=r"run\.fixed_step"):
         gp.periodic_orbit(plain)

@@ -111,7 +111,7 @@ def test_reused_run__leaves_nothing_to_the_next_member(name: str) -> None:
 
     def spoil(given: Simulation) -> None:
         take(given)
-        for array in kernel._arrays(reused.run, kernel._OUTSIDE):
+        for _, array in kernel._arrays(reused.run):
             array[...] = np.nan if array.dtype.kind in "fc" else 1  # whole numbers are places, too
         for array in (reused.run.free_states, reused.run.shown, reused.run.log):
             array[:] = np.nan

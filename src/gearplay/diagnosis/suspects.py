@@ -14,7 +14,7 @@ from gearplay.diagnosis.measures import PARTS
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
 from gearplay.parts.bearing.faults import touching
-from gearplay.parts.mesh.faults import SINGLE_TEETH, SpallFault
+from gearplay.parts.mesh.faults import SINGLE_TEETH, CrackFault
 from gearplay.parts.mesh.train.geometry import full_name, gear_of, pair_of, working_backlash
 from gearplay.parts.planetary.members import PinError
 from gearplay.vocabulary.errors import InputError
@@ -101,7 +101,7 @@ def _faults(case: Case, machine: Machine, h: Hypothesis, loads: Mapping[str, flo
         if h.kind == "eccentric":
             sizes = [share * module for share in ECCENTRICITIES]
             yield made(h.name, "eccentricity", "amount", "eccentricity", sizes, at=at)
-        elif any(map(SpallFault.fits_contact, meshes)):
+        elif any(map(CrackFault.fits_contact, meshes)):
             if not gear_of(case, at).internal:
                 sizes = [share * module for share in CRACKS]
                 yield made(
