@@ -36,6 +36,7 @@ def causes(found: Any) -> list[str]:
     return [each["name"] for each in found.checks() if each["alike"]]
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_worn_flanks__are_told_from_a_worn_bush() -> None:
     """Without the check backlash and bush rattle alike; simulated, only one of them moves the spectrum as in the record."""

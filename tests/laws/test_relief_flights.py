@@ -76,7 +76,9 @@ def start_at_an_end(packed: Packed, rng: np.random.Generator) -> Floats | None:
 
 
 @pytest.mark.parametrize("contact", ["pairs", "mesh"])
-@pytest.mark.parametrize("helix", [0.0, 0.25], ids=["spur", "helical"])
+@pytest.mark.parametrize(
+    "helix", [pytest.param(0.0, id="spur"), pytest.param(0.25, id="helical", marks=pytest.mark.slow)]
+)
 def test_no_touch_is_missed__at_the_ends_of_relief_and_slopes(
     helix: float, contact: str, measured: Measured
 ) -> None:
