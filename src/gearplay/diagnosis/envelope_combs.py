@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,14 +96,13 @@ def best_comb(
     *,
     search: float = 0.0,
     without: Floats | None = None,
-    balanced: bool = False,
-    several: bool = False,
+    balanced: Literal["multiples", "lines"] | None = None,
 ) -> Comb:
     """Return the comb of greatest prominence over all bands, its frequency within ``frequency`` (1 -+ ``search``) [Hz].
 
     ``pattern`` holds for each line its multiple of the frequency and an offset [Hz]; lines nearer than 1.5 bins to one of
-    ``without`` [Hz], which belong to another source, do not count. ``balanced`` counts the highest multiple with
-    its offsets at most as much as all others together, ``several`` the highest line at most as much as all others.
+    ``without`` [Hz], which belong to another source, do not count. ``balanced`` counts the highest of the
+    multiples, each with its offsets, or of the lines at most as much as all others together.
     """
     best = Comb(frequency, 0.0, 1.0, 0.0)
     for band in bands:
@@ -119,8 +118,7 @@ def best_comb(
             np.linspace(1.0 - search, 1.0 + search, count) * frequency if count > 1 else np.array([frequency])
         )
         total = np.zeros(trial.size)
-        multiples = {k: np.zeros(trial.size) for k, _ in usable}
-        highest = np.zeros(trial.size)
+        shares: dict[float | tuple[float, float], Floats] = {}
         prominence = np.minimum(band.prominence, 1e5)
         taken = _taken(without, band) if without is not None else None
         for k, offset in usable:
@@ -130,12 +128,12 @@ def best_comb(
             if taken is not None:
                 height = np.where(taken[at], 0.0, height)
             total += height
-            multiples[k] += height
-            highest = np.maximum(highest, height)
-        if balanced:
-            total = np.minimum(total, 2.0 * (total - np.max([*multiples.values()], axis=0)))
-        if several and len(usable) > 1:
-            total = np.minimum(total, 2.0 * (total - highest))  # one line alone may be a multiple of anything
+            share = k if balanced == "multiples" else (k, offset)
+            shares[share] = shares.get(share, 0.0) + height
+        if balanced == "multiples" or (
+            balanced == "lines" and len(shares) > 1
+        ):  # one alone may be of any comb
+            total = np.minimum(total, 2.0 * (total - np.max([*shares.values()], axis=0)))
         at_best = int(np.argmax(total))
         chance = _chance(len(usable), count * len(bands))
         if total[at_best] / chance > best.height:

@@ -105,7 +105,7 @@ def measured(
             _pattern(machine.bearings[key[0]], key[1], f),
             search=SLIP,
             without=taken,
-            several=True,
+            balanced="lines",
         )
         for key, line in bearings.items()
     }
@@ -161,7 +161,7 @@ def _tooth_events(machine: Machine, bands: list[BandEnvelope], f: float) -> dict
             continue
         plain = [(float(h), 0.0) for h in (1, 2, 3, 4)]
         pattern = plain if own is None else tooth_pattern(own, k, f, harmonics=4)
-        found[k] = best_comb(bands, gear.order * f, pattern, balanced=True)
+        found[k] = best_comb(bands, gear.order * f, pattern, balanced="multiples")
     return found
 
 

@@ -116,5 +116,4 @@ def _unloaded(hot: Case, speeds: dict[str, float], at: str, turns: Floats) -> Ca
         "run": hot.run.model_copy(update={"transient": 0.0}),
     }
     still = hot.model_copy(update=update)
-    still.__dict__.pop("sha256", None)
     return still

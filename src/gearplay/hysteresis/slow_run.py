@@ -42,7 +42,6 @@ def slow_cycle(held: Held, rated: float, cycles: int, period: float) -> Curve:
     hot = held.source.operating
     damped = {table: getattr(hot, table) for table in HOLDERS} | {"meshes": hot.meshes}
     moving = still.model_copy(update={"rotors": FrozenTable(rotors), "run": run, **damped})
-    moving.__dict__.pop("sha256", None)
     result = simulate(moving, signals=[f"{held.at}.theta"])
     if not result.success:
         raise SimulationError(f"the slow run did not reach its end: {result.message}")

@@ -87,8 +87,6 @@ def smooth(case: Case, *, load: str, speed: float | None) -> Smooth:
     if load == "none":
         update["gravity"] = (0.0, 0.0)
     still = hot.model_copy(update=update)
-    still.__dict__.pop("operating", None)  # what was worked out of the case as it was
-    still.__dict__.pop("sha256", None)
     packed = pack(still, turning=hot, moves=False)
     carriers = tuple(
         names.index(on) if (on := geometry.carrier_of(hot, name)) is not None else -1 for name in names

@@ -326,6 +326,13 @@ class Case(Part):
         """The case at its temperatures, with the lengths that they leave; itself without an `Environment`."""
         return self if self.environment is None else self._expanded
 
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> "Case":
+        """Return a copy with changed fields, whose expanded form and digest are computed anew."""
+        found = super().model_copy(update=update, deep=deep)
+        for derived in ("_expanded", "sha256"):
+            found.__dict__.pop(derived, None)
+        return found
+
     @cached_property
     def _expanded(self) -> "Case":
         return expanded(self)

@@ -35,7 +35,4 @@ def perfect_case(case: Case) -> Case:
     faults = tuple(fault for fault in case.faults if not isinstance(fault, GearFault))
     if (rotors, meshes, faults) == (dict(case.rotors), tuple(case.meshes), tuple(case.faults)):
         return case
-    found = case.model_copy(update={"rotors": FrozenTable(rotors), "meshes": meshes, "faults": faults})
-    for derived in ("operating", "sha256"):
-        found.__dict__.pop(derived, None)
-    return found
+    return case.model_copy(update={"rotors": FrozenTable(rotors), "meshes": meshes, "faults": faults})

@@ -29,7 +29,7 @@ from gearplay.pictures.words import axis_label, plain, shown_in, wrapped
 from gearplay.results.choice import Chosen, cut, free_rotors, moves
 from gearplay.results.lines import line_marks, mesh_lines, mesh_names
 from gearplay.results.mechanism import orbit_of
-from gearplay.results.output_shaft import scale_of, start_of
+from gearplay.results.output_shaft import scale_of
 from gearplay.results.spectra import amplitude_spectrum, ensemble_spectrum
 from gearplay.results.titles import case_words, window_words
 from gearplay.solver.frames import CarrierFrames
@@ -318,7 +318,7 @@ def _output_panel(figure: Any, row: Any, result: "Result", window: Window) -> No
     if known and math.isfinite(shaft.ratio) and shaft.rotor != shaft.input:
         t, turn = cut(result, "theta", shaft.rotor, window)
         error = turn - shaft.ratio * cut(result, "theta", shaft.input, window)[1]
-        error -= start_of(result.case.operating, pack(result.case), shaft.rotor, shaft.input, shaft.ratio)
+        error -= shaft.start
         unit, factor = scale_of("rad", float(np.nanmax(np.abs(error), initial=0.0)))
         plot_curve(ax, t, factor * error, "", color=COUPLED)
         ax.set_ylabel(f"transmission error [{unit}]", fontsize=SMALL)

@@ -51,6 +51,8 @@ class OutputShaft:
     each : mapping
         Statistics [SI], shape [member], NaN where one is not defined; those of impacts are of all members together, shape
         [1]. Names and units are in `gearplay.vocabulary.quantities.OUTPUT_STATISTICS`.
+    start : float
+        Output less ratio times input where drive flanks of perfect, centred gears touch [rad]; NaN without a ratio.
     frictionless : bool
         Whether neither teeth nor sleeves have friction in the case, so that the efficiency is one of damping alone.
 
@@ -60,6 +62,7 @@ class OutputShaft:
     input: str
     ratio: float
     each: Mapping[str, Floats]
+    start: float
     frictionless: bool = False
 
     @cached_property
@@ -206,7 +209,7 @@ def output_shaft(
     table["impacts_per_second"], table["impact_power"] = _rattle(case, contacts)
     rubbing = [mesh.friction_coefficient for mesh in case.meshes]
     rubbing += [sleeve.friction_coefficient for sleeve in case.sleeves.values()]
-    return OutputShaft(at, lead, ratio, table, frictionless=not any(rubbing))
+    return OutputShaft(at, lead, ratio, table, start, frictionless=not any(rubbing))
 
 
 def start_of(case: Case, packed: Packed, at: str, lead: str, ratio: float) -> float:

@@ -17,7 +17,8 @@ from gearplay.vocabulary import quantities as q
 FEWEST_SAMPLES: Final = 10
 """Samples of a control that a run should hold at least."""
 
-Angle = Annotated[float, Measure(q.ANGLE, "rotation wanted")]
+Angle = Annotated[float, Measure(q.ANGLE, "set-point of the angle")]
+SensorAngle = Annotated[float, Measure(q.ANGLE, "set-point of the rotation of the sensor's rotor")]
 TorqueLimit = Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
 Sensor = (
     Annotated[RotorName, Field(description="rotor whose angle is measured; this one if not given")] | None
@@ -129,7 +130,7 @@ class PositionDrive(LoopDrive):
     """
 
     kind: Literal["position"] = "position"
-    angle: Annotated[float, Measure(q.ANGLE, "rotation wanted of the sensor's rotor")]
+    angle: SensorAngle
     proportional_gain: Annotated[
         float, Measure(q.ROTATIONAL_STIFFNESS, "gain on the error of the angle", gt=0.0)
     ]
@@ -137,7 +138,7 @@ class PositionDrive(LoopDrive):
     integral_gain: Annotated[float, Measure(q.INTEGRAL_GAIN, "gain on the integral of the error", ge=0.0)] = (
         0.0
     )
-    torque_limit: Annotated[float, Measure(q.TORQUE, "largest torque, either sense", gt=0.0)]
+    torque_limit: TorqueLimit
     sensor: Sensor = None
     speed_sensor: SpeedSensor = None
     sample_time: SampleTime = 0.0
@@ -171,7 +172,7 @@ class CascadeDrive(LoopDrive):
     """
 
     kind: Literal["cascade"] = "cascade"
-    angle: Annotated[float, Measure(q.ANGLE, "rotation wanted of the sensor's rotor")]
+    angle: SensorAngle
     position_gain: Annotated[
         float, Measure(q.ANGULAR_SPEED, "speed wanted per error of the angle [1/s]", gt=0.0)
     ]
