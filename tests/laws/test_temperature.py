@@ -112,6 +112,29 @@ def test_a_planet_s_pin_moves_with_its_carrier() -> None:
     assert hot.sleeves["two"].radial_clearance == pytest.approx(clearance, rel=1e-9)
 
 
+@pytest.mark.parametrize(("side", "grown"), [("bush", 1.0), ("journal", -1.0)])
+def test_clearance_of_a_pin__grows_in_the_cold_where_the_planet_is_the_bush(side: str, grown: float) -> None:
+    """A carrier of aluminium shrinks more than planets of steel, and its pins with it: a planet is the bush if nothing is said."""
+    radius, clearance, cold = 5e-3, 10e-6, -80.0
+    case = gp.load_case("planetary-reducer")
+    (name,) = case.planetary
+    assert case.sleeves[f"{name}.planet1"].rotor_side == "bush"
+    changes: dict[str, Any] = {
+        "environment": {"temperature": 293.15 + cold, "housing": {"expansion": ALUMINIUM}},
+        f"planetary.{name}.pin.shaft_radius": radius,
+        f"planetary.{name}.pin.radial_clearance": clearance,
+        f"planetary.{name}.pin.rotor_side": side,
+        f"planetary.{name}.carrier.material": {"expansion": ALUMINIUM},
+    }
+    for member in ("sun", "planets", "ring"):
+        changes[f"planetary.{name}.{member}.material"] = {"expansion": STEEL}
+    hot = gp.replace(case, changes).operating.sleeves[f"{name}.planet1"]
+    factors = {"planet": 1.0 + STEEL * cold, "pin": 1.0 + ALUMINIUM * cold}
+    bush, journal = (factors["planet"], factors["pin"])[:: round(grown)]
+    assert hot.radial_clearance == pytest.approx((radius + clearance) * bush - radius * journal, rel=1e-9)
+    assert (hot.radial_clearance - clearance) * grown > 4e-6  # m
+
+
 @pytest.mark.parametrize("warmer", [0.0, None])
 def test_at_the_reference_nothing_changes(warmer: float | None) -> None:
     """Numbers of a case at its reference temperature are those of one without an environment."""

@@ -50,6 +50,10 @@ def _with_outer_ring(given: Any) -> Any:
     return {"rotor_ring": "outer", **given} if isinstance(given, Mapping) else given
 
 
+def _with_bush(given: Any) -> Any:
+    return {"rotor_side": "bush", **given} if isinstance(given, Mapping) else given
+
+
 class Planetary(Part):
     """A planetary set: sun, planets on a carrier, ring.
 
@@ -89,7 +93,11 @@ class Planetary(Part):
     planets: Planets
     ring: Toothed
     carrier: Member
-    pin: Annotated[Sleeve | None, Field(description="sleeve of every planet on its pin")] = None
+    pin: Annotated[
+        Sleeve | None,
+        BeforeValidator(_with_bush),
+        Field(description="sleeve of every planet on its pin; the planet is the bush if not given"),
+    ] = None
     support: Annotated[Support | None, Field(description="elastic pin of every planet, instead")] = None
     bearing: Annotated[
         Bearing | None,

@@ -108,6 +108,12 @@ class Sleeve(Holder):
     on: (
         Annotated[RotorName, Field(description="rotor that carries the bush; the ground if not given")] | None
     ) = None
+    rotor_side: Annotated[
+        Literal["journal", "bush"],
+        Field(
+            description="side that the rotor is, the bush for a planet on its pin: how clearance follows temperature"
+        ),
+    ] = "journal"
     offset: Offset = (0.0, 0.0)
     wear: BushWear | None = Field(default=None, exclude_if=is_absent)
 
@@ -234,6 +240,8 @@ class Sleeve(Holder):
     def at_temperature(self, path: str, journal: float, bush: float) -> "Sleeve":
         """Return the sleeve with its radius and clearance, (R + c) f_bush - R f_journal.
 
+        The factors are those of the rotor and of its seat, in turn where the rotor is the bush.
+
         Raises `InputError` where the radius is not given, or the journal no longer fits its bush.
         """
         if bush == 1.0 and journal == 1.0:
@@ -241,6 +249,8 @@ class Sleeve(Holder):
         if self.shaft_radius is None:
             rule = "is required at a temperature other than the reference temperature, where it changes the clearance"
             raise InputError.of(f"{path}.shaft_radius", NO_VALUE, rule, "Give the radius of the journal")
+        if self.rotor_side == "bush":
+            journal, bush = bush, journal
         clearance = (self.shaft_radius + self.radial_clearance) * bush - self.shaft_radius * journal
         if clearance < 0.0:
             rule = f"is {1e6 * clearance:.4g} um at temperature: the journal no longer fits its bush"
