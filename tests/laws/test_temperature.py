@@ -114,7 +114,7 @@ def test_a_planet_s_pin_moves_with_its_carrier() -> None:
 
 @pytest.mark.parametrize(("side", "grown"), [("bush", 1.0), ("journal", -1.0)])
 def test_clearance_of_a_pin__grows_in_the_cold_where_the_planet_is_the_bush(side: str, grown: float) -> None:
-    """A carrier of aluminium shrinks more than planets of steel, and its pins with it: a planet is the bush if nothing is said."""
+    """An aluminium carrier shrinks more than planets of steel, and its pins with it: a planet is the bush if nothing is said."""
     radius, clearance, cold = 5e-3, 10e-6, -80.0
     case = gp.load_case("planetary-reducer")
     (name,) = case.planetary
