@@ -245,10 +245,27 @@ def test_members_need_no_more_than_the_words_that_are_stored(name: str) -> None:
     assert np.array_equal(batch.state, other.state)
 
 
-def test_members_start_where_the_seed_puts_them() -> None:
+@pytest.mark.parametrize("name", ["han2021", "two-stage-reducer", "planetary-reducer"])
+def test_reset__starts_as_a_simulation_does(name: str) -> None:
+    """The first member as the case says, the others drawn: a loop around a stepper continues what `simulate` shows."""
+    case = gp.load_case(name)
+    output, length = f"{list(case.rotors)[-1]}.theta", 4e-3
+    stepper, batch = gp.Stepper(case, outputs=[output]), gp.Stepper(case, outputs=[output], batch=3)
+    wanted = gp.simulate(case, ensemble=3, duration=length, transient=0.0)
+    found = [stepper.reset(), *(stepper.step(1e-3) for _ in range(4))]
+    beside = [batch.reset(), *(batch.step(1e-3) for _ in range(4))]
+    for m in range(3):
+        shown = wanted.signal(output, member=m, sampling=1e3)
+        assert np.abs(np.array(beside)[: shown.size, m, 0] - shown).max() < 1e-10, m
+        assert m > 0 or np.abs(np.array(found)[: shown.size, 0] - shown).max() < 1e-10
+
+
+def test_reset__draws_all_members_by_a_seed() -> None:
     batch = gp.Stepper("han2021", outputs=["ring.x"], batch=4)
     first, flow = batch.state, Flow(gp.load_case("han2021"))
-    assert np.array_equal(first, [flow.start(member) for member in (1, 2, 3, 4)])
+    assert np.array_equal(first, [flow.start(member) for member in range(4)])
+    batch.reset(seed=gp.load_case("han2021").run.seed)
+    assert np.array_equal(batch.state, [flow.start(member) for member in range(1, 5)])
     batch.reset(seed=5)
     other = batch.state
     assert not np.array_equal(first, other)

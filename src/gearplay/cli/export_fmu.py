@@ -29,10 +29,7 @@ def export_fmu(
         str,
         typer.Option("--platforms", help="Of linux64,win64,aarch64-linux; by default this one."),
     ] = "",
-    member: Annotated[
-        int | None,
-        typer.Option("--member", help="Member whose start it is; by default that of a single run."),
-    ] = None,
+    member: Annotated[int, typer.Option("--member", help="Member of the case's ensemble whose start it is.")] = 0,
     changes: Changes = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
     json: Json = False,

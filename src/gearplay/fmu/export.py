@@ -14,7 +14,7 @@ from gearplay.fmu.data import make_data, token_of
 from gearplay.fmu.description import INPUT, OUTPUT, PARAMETER, TIME, Model, Variable, describe
 from gearplay.fmu.linking import PLATFORMS, SOURCES, link_fmu, platform
 from gearplay.fmu.tuning import Tune, find_tunes
-from gearplay.model.initial import member_state, usual_member
+from gearplay.model.initial import member_state
 from gearplay.model.pack import pack
 from gearplay.model.reading import Source, load_case
 from gearplay.model.variables import VARIABLES
@@ -38,7 +38,7 @@ def export_fmu(
     tune: Sequence[str] = (),
     fmi: int = 3,
     platforms: Sequence[str] | None = None,
-    member: int | None = None,
+    member: int = 0,
     overwrite: bool = False,
 ) -> Path:
     """Write a case as an FMU for co-simulation: compiled code of several platforms that needs no Python.
@@ -61,8 +61,7 @@ def export_fmu(
     platforms
         Of ``linux64``, ``win64``, ``aarch64-linux``; this one if not given. Others are linked by zig (``pip install ziglang``).
     member
-        Member of the ensemble whose start it is: 0 for that of the case, drive flanks in touch; if not given that of a single
-        motion, drawn where 0 would be exactly centred in its clearances.
+        Member of the ensemble whose start it is: the first starts as the case says, others are drawn.
     overwrite
         Whether an existing file is replaced.
 
@@ -96,7 +95,7 @@ def export_fmu(
     if not chosen:
         raise InputError.of("platforms", [], f"must be some of {', '.join(PLATFORMS)}", "Name one")
     case = load_case(case)
-    packed, member = pack(case), usual_member(case) if member is None else member
+    packed = pack(case)
     start = member_state(case, packed, member)
     given = find_inputs(case, packed, list(inputs))
     columns, places = find_outputs(packed, outputs)

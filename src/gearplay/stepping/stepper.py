@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gearplay.integrate import run as kernel
 from gearplay.integrate import tangent, tangent_state
 from gearplay.integrate.stepping import change_inputs
-from gearplay.model.initial import Starts, usual_member
+from gearplay.model.initial import Starts
 from gearplay.model.pack import pack
 from gearplay.model.reading import Source, load_case
 from gearplay.model.variables import VARIABLES
@@ -136,7 +136,8 @@ class Stepper:
         Parameters
         ----------
         seed
-            Seed of the members' starts; that of the case if not given. One member alone starts as `simulate` does.
+            Seed of starts that are drawn for all members; if not given they start as those of `simulate`: the first as the case
+            says, the others drawn.
         states
             Starts instead, shape [state] or [member, state], in the order of ``state_names``: rotations and speeds count from the
             nominal ones.
@@ -148,7 +149,7 @@ class Stepper:
 
         """
         if states is None:
-            states = self._drawn(seed)
+            states = self._usual(seed)
         else:
             states = np.asarray(states, dtype=np.float64)
             wanted = (self.batch, self._packed.state_size)
@@ -159,13 +160,14 @@ class Stepper:
         self._u[:] = self._starts
         return self._take(0.0)
 
-    def _drawn(self, seed: int | None) -> Floats:
+    def _usual(self, seed: int | None) -> Floats:
+        """Return the members' starts, shape [member, state]."""
         case = self._case
         if seed is not None:
             check_count("seed", seed, 2**63 - 1, low=0)
-            case = case.model_copy(update={"run": case.run.model_copy(update={"seed": int(seed)})})
-        first = usual_member(case)
-        return Starts(case, self._packed).of_members(range(first, first + self.batch))
+            run = case.run.model_copy(update={"seed": int(seed), "start": "drawn"})
+            case = case.model_copy(update={"run": run})
+        return Starts(case, self._packed).of_members(range(self.batch))
 
     def step(self, dt: float, u: Any = None, out: Floats | None = None) -> Floats:
         """Advance by a time, inputs held; return the outputs at its end.
