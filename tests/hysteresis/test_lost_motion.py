@@ -92,6 +92,22 @@ def test_backlash_of_a_rigid_pair_is_b_over_the_base_radius() -> None:
         assert value(ds, "backlash_arcmin") == pytest.approx(ARCMIN * b / r_b, rel=1e-9)
 
 
+def test_parts_of_clearances_in_parallel__overlap_and_their_sum_is_said() -> None:
+    """The tighter of two couplings in parallel ends the play; without either play, there is none."""
+    stiff = {"between": ["motor", "arm"], "torsional_stiffness": 1e5}
+    couplings = [{**stiff, "play": 1e-3}, {**stiff, "play": 3e-3}]
+    rotors = {"motor": body(), "arm": body()}
+    case = gp.load_case({"rotors": rotors, "couplings": couplings, "run": RUN})
+    found = gp.lost_motion(case, at="arm", hold="motor", torque="1 N m")
+    shares = found.ds["lost_motion_share"].values
+    np.testing.assert_allclose(shares, 1e-3 / value(found.ds, "lost_motion"), atol=0.02)
+    text = dict(found.rows())["sum of these"]
+    assert text.startswith(f"{100.0 * shares.sum():.0f} %: clearances in parallel overlap")
+    assert "sum of these" not in dict(
+        gp.lost_motion(train(), at="output", hold="input", torque="200 N m").rows()
+    )
+
+
 @pytest.mark.parametrize(
     ("c", "b", "arcmin"),
     [

@@ -29,7 +29,9 @@ def export_fmu(
         str,
         typer.Option("--platforms", help="Of linux64,win64,aarch64-linux; by default this one."),
     ] = "",
-    member: Annotated[int, typer.Option("--member", help="Member of the case's ensemble whose start it is.")] = 0,
+    member: Annotated[
+        int, typer.Option("--member", help="Member of the case's ensemble whose start it is.")
+    ] = 0,
     changes: Changes = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
     json: Json = False,

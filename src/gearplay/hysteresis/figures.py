@@ -82,7 +82,8 @@ def _parts(ax: Any, ds: xr.Dataset) -> None:
     names = [plain(short(str(ds["clearance"].values[k]))) for k in order]
     ax.barh(range(len(order)), parts[order], color=COUPLED, height=0.6)
     ax.set_yticks(range(len(order)), names, fontsize=FONT)
-    ax.set_xlabel("part in the lost motion [arcmin]", fontsize=FONT)
+    few = f", {MOST_BARS} largest of {parts.size}" if parts.size > MOST_BARS else ""
+    ax.set_xlabel(f"lost motion less without it [arcmin]{few}", fontsize=FONT)
 
 
 def _over(ax: Any, ds: xr.Dataset, name: str) -> None:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 STAGE_NAMES = ("K1", "K2", "K3")
+OVERLAP = 1.02
+"""Sum of the shares of clearances above which some are in parallel."""
 WORDS = {
     "lost_motion": ("rad", "lost motion at 3 % of the rated torque"),
     "backlash": ("rad", "width of the hysteresis curve at no torque"),
@@ -203,7 +205,11 @@ class LostMotion(OfDataset):
             for k in np.argsort(-ds["lost_motion_part"].values).tolist():
                 part, share = float(ds["lost_motion_part"][k]), float(ds["lost_motion_share"][k])
                 name = str(ds["clearance"].values[k])
-                found.append((name, f"{part * ARCMIN:.4g} arcmin of it, {100.0 * share:.3g} %"))
+                found.append((name, f"{part * ARCMIN:.4g} arcmin less without it, {100.0 * share:.3g} %"))
+            whole = float(ds["lost_motion_share"].sum())
+            if whole > OVERLAP:
+                text = f"{100.0 * whole:.0f} %: clearances in parallel overlap, as without any of them their play is gone"
+                found.append(("sum of these", text))
         return found
 
     def _play_interval(self) -> str:
