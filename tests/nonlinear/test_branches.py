@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+import gearplay as gp
 from gearplay.model.torsional_pair import BASE_RADIUS, HALF_BACKLASH
 from gearplay.nonlinear.orbits.branches import (
     CLOSED,
@@ -388,3 +389,14 @@ def test_map_invariant__is_constant_along_its_branch() -> None:
     )
     assert kinds(branch) == [DOUBLING]
     assert branch.parameters[-1] > 3.4
+
+
+def test_message__has_the_range_of_the_field_and_an_early_end() -> None:
+    pair = torsional_pair(0.7, force=0.05)
+    path = "meshes.0.transmission_error.0.amplitude"
+    found = gp.branch(pair, path, "2 um", "9 um", settle=300, orbits=3)
+    low, high = found.parameters.min(), found.parameters.max()
+    assert f"3 orbits from {low:.6g} to {high:.6g} m, 3 of them stable" in found.message
+    assert found.message.endswith("; ends early: the number of orbits is reached")
+    whole = gp.branch(pair, path, f"{0.99 * low} m", f"{1.01 * low} m", settle=300)
+    assert "ends early" not in whole.message

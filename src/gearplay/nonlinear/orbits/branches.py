@@ -32,6 +32,7 @@ NUDGE = 1e-6  # step of the derivative by the parameter, in its natural size
 MOST_CORRECTIONS = 8
 AMPLITUDES = (0.01, 0.03, 0.1, 0.3, 1.0)  # tried for an orbit of twice the order, in natural sizes
 CLOSED = "it closes on itself"
+LEFT = "the parameter has left its bounds"
 OUT_OF_TIME = "run.max_wall_time, the limit of the whole request, was reached"
 FEWEST_OF_LOOP = 8
 FOLD, DOUBLING, TORUS, GRAZING = "fold", "period doubling", "Neimark-Sacker", "grazing"
@@ -200,7 +201,7 @@ def follow_branch(
             ended = CLOSED
             break
         if not settings.low <= here.orbit.parameter <= settings.high:
-            ended = "the parameter has left its bounds"
+            ended = LEFT
             break
         step = min(settings.most, step * (1.6 if count <= 2 and bend > 0.95 else 0.7 if count > 4 else 1.0))
     return Branch(tuple(orbits), tuple(special), ended or "the number of orbits is reached", start.order)

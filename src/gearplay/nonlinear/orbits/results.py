@@ -18,7 +18,7 @@ from gearplay.model.field_units import unit_at
 from gearplay.model.pack import pack
 from gearplay.nonlinear.orbits.autonomous import AutonomousMap
 from gearplay.nonlinear.orbits.branch_tree import signals_of
-from gearplay.nonlinear.orbits.branches import Branch, Special
+from gearplay.nonlinear.orbits.branches import CLOSED, LEFT, Branch, Special
 from gearplay.nonlinear.orbits.period_map import StrobeMap
 from gearplay.nonlinear.orbits.sampled import sample_time
 from gearplay.nonlinear.orbits.shooting import Orbit
@@ -125,18 +125,21 @@ class Branches(AnalysisResult):
 
     @property
     def message(self) -> str:
-        """Number of branches and orbits, of stable orbits and of special points."""
+        """Number of branches and orbits, range of the field, stable orbits, special points, and ends within the bounds."""
         orbits = sum(len(branch.orbits) for branch in self)
+        places = np.concatenate([branch.parameters for branch in self])
+        unit = unit_at(self.case, self.path)
+        span = f"from {places.min():.6g} to {places.max():.6g}{'' if unit == '1' else f' {unit}'}"
+        early = dict.fromkeys(branch.ended for branch in self if branch.ended not in (CLOSED, LEFT))
         stable = sum(int(branch.stable.sum()) for branch in self)
         kinds: dict[str, int] = {}
         for special in (each for branch in self for each in branch.special):
             kinds[special.kind] = kinds.get(special.kind, 0) + 1
         met = "".join(f", {count} × {kind}" for kind, count in kinds.items())
         several = "branches" if len(self) != 1 else "branch"
-        missed = "".join(f"; {each}" for each in self.missed)
-        return (
-            f"{len(self)} {several} over {self.path}: {orbits} orbits, {stable} of them stable{met}{missed}"
-        )
+        more = "".join(f"; {each}" for each in (*(f"ends early: {each}" for each in early), *self.missed))
+        count = f"{orbits} orbits {span}, {stable} of them stable"
+        return f"{len(self)} {several} over {self.path}: {count}{met}{more}"
 
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return a line for each branch."""
