@@ -184,13 +184,14 @@ def test_instances_threads_states_and_memory(made: Path, compiled: Path) -> None
 def test_parameter_is_the_case_with_that_value(
     made: Path, compiled: Path, change: tuple[int, str, float]
 ) -> None:
+    """Under a torque that presses the back flanks, so that the backlash counts."""
     reference, path, value = change
-    words = ["10", "1e-3", f"{reference}={value!r}", "2", "3", "4", "5"]
+    words = ["10", "1e-3", "1=-50.0", f"{reference}={value!r}", "2", "3", "4", "5"]
     program = [compiled / "host", library(made, 3), token(made / "3"), *words]
     done = subprocess.run(program, capture_output=True, text=True, check=True)
     case = gp.replace(gp.load_case("two-stage-reducer"), {path: value})
-    native = stepped(case, INPUTS, OUTPUTS, [50.0], 10, 1e-3)
-    plain = stepped("two-stage-reducer", INPUTS, OUTPUTS, [50.0], 10, 1e-3)
+    native = stepped(case, INPUTS, OUTPUTS, [-50.0], 10, 1e-3)
+    plain = stepped("two-stage-reducer", INPUTS, OUTPUTS, [-50.0], 10, 1e-3)
     found = np.array([float(line) for line in done.stdout.split()])
     assert found == pytest.approx(native, rel=1e-6, abs=1e-9)
     assert np.abs(found - plain).max() > 1e-7
@@ -206,7 +207,7 @@ def test_parameter_that_changes_more_than_numbers_in_proportion_is_refused(tmp_p
         "rotors.nobody.mass": "must be the path of a field",
     }.items():
         with pytest.raises(gp.InputError, match=words):
-            gp.export_fmu("two-stage-reducer", tmp_path / "a.fmu", tune=[path])
+            gp.export_fmu("two-stage-reducer", tmp_path / "a.fmu", tune=[path], member=1)
     with pytest.raises(gp.InputError, match="must not change the inertia or the torque"):
         gp.export_fmu(
             "two-stage-reducer", tmp_path / "a.fmu", inputs=INPUTS, tune=["rotors.output.load.torque"]

@@ -79,6 +79,7 @@ def test_communication_points_keep_step_length_and_method(name: str) -> None:
     """Each costs half a step at most: implicit steps of an interval are equally long, some half a millisecond."""
     case = gp.load_case(name)
     stepper, span = gp.Stepper(case), 0.05
+    stepper.reset(seed=case.run.seed)
     course = Course(case, pack(case), stepper.state)
     course.advance(span)
     for _ in range(round(span / 1e-3)):
