@@ -27,7 +27,6 @@ def faults_of(figure: Any) -> list[str]:
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
-            canvas.draw()  # finds the layout
             texts, pixels = _drawn(figure, canvas)
         boxes = [(text, text.get_window_extent(canvas.get_renderer())) for text in texts]
         found = _cut(figure, boxes) + _overlaps(boxes) + _blank(figure, pixels) + _offsets(figure, texts)
@@ -51,11 +50,15 @@ def _drawn(figure: Any, canvas: Any) -> tuple[list[Any], Any]:
             texts[id(text)] = text
         draw_text(gc, x, y, s, *more, **named)
 
+    figure.draw_without_rendering()  # finds the layout, which is then left alone, as `savefig` does
+    layout = figure.get_layout_engine()
+    figure.set_layout_engine("none")
     renderer.draw_text = record
     try:
         figure.draw(renderer)
     finally:
         del renderer.draw_text
+        figure.set_layout_engine(layout)
     return list(texts.values()), np.asarray(renderer.buffer_rgba())[::-1, :, :3] / 255.0
 
 
