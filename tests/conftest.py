@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from depth import ALL, FULL, SHARE
-from pictures import faults_of
+from pictures import looked_at
 
 TESTS = Path(__file__).resolve().parent
 LONG = ("web", "cli/test_sweep.py", "cli", "hostile", "laws")
@@ -60,15 +60,15 @@ def tried(record_property: Callable[[str, object], None]) -> Callable[[int], Non
 
 @pytest.fixture(scope="session")
 def watched() -> Iterator[list[str]]:
-    """Look at every figure that is drawn, with `pictures.faults_of`, and keep what is wrong with any."""
+    """Look at every figure that is drawn, with `pictures.looked_at`, and keep what is wrong with any."""
     from gearplay.pictures import canvas
 
     found: list[str] = []
     draw = canvas.to_bytes
 
     def look(figure: Any, form: str) -> bytes:
-        drawn = draw(figure, form)
-        found.extend(faults_of(figure))
+        drawn, faults = looked_at(draw, figure, form)
+        found.extend(faults)
         return drawn
 
     canvas.to_bytes = look
@@ -88,7 +88,7 @@ def beside(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture(autouse=True)
 def pictures_are_whole(watched: list[str], beside: Path) -> Iterator[None]:
-    """Fail a test that draws a figure, itself or by a command, which `pictures.faults_of` finds at fault."""
+    """Fail a test that draws a figure, itself or by a command, which `pictures.looked_at` finds at fault."""
     watched.clear()
     yield
     for each in sorted(beside.iterdir()):
