@@ -7,6 +7,9 @@ from typing import Any
 
 import pytest
 
+# Workers share the cores: more threads of linear algebra, in them and in the commands that they start, wait for each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from depth import ALL, FULL, SHARE
 from pictures import looked_at
 

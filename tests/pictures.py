@@ -101,7 +101,11 @@ def _overlaps(boxes: list[tuple[Any, Any]], dots: float) -> list[str]:
     for (a, one), (b, other) in combinations(boxes, 2):
         wide = min(one.x1, other.x1) - max(one.x0, other.x0)
         high = min(one.y1, other.y1) - max(one.y0, other.y0)
-        if wide > 2.0 * dots and high > 2.5 * dots and not {a.get_rotation() % 90.0, b.get_rotation() % 90.0} - {0.0}:
+        if (
+            wide > 2.0 * dots
+            and high > 2.5 * dots
+            and not {a.get_rotation() % 90.0, b.get_rotation() % 90.0} - {0.0}
+        ):
             found.append(f"{_shown(a)} lies over {_shown(b)}")
     return found
 

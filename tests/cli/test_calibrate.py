@@ -79,7 +79,9 @@ def test_the_report_is_written(whole: Path) -> None:
 @pytest.mark.slow
 def test_more_trials_go_on_from_those_that_are_there(plan: Path, whole: Path, tmp_path: Path) -> None:
     shutil.copytree(whole, tmp_path / "more")
-    done = run_command("calibrate", plan, "--out", tmp_path / "more", "--evaluations", EVALUATIONS + 4, "--json")
+    done = run_command(
+        "calibrate", plan, "--out", tmp_path / "more", "--evaluations", EVALUATIONS + 4, "--json"
+    )
     assert done.returncode == 0, done.stderr
     assert all(fit["trials"] == EVALUATIONS + 4 for fit in json.loads(done.stdout)["fits"])
     assert set(trials(whole)) < set(trials(tmp_path / "more"))
