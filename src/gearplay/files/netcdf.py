@@ -120,7 +120,7 @@ def read_dataset(file: Sound) -> "xr.Dataset":
 
 
 def open_dataset(path: Path) -> "xr.Dataset":
-    """Return a result file with a digest, which `check_file` has checked, as a dataset whose variables are read on first access."""
+    """Return a result file with a right digest (`check_file`) as a dataset whose variables are read on first access."""
     import xarray as xr
 
     with _refusing(path):

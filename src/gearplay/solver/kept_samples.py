@@ -62,12 +62,16 @@ class KeptSamples:
         """Return some signals, shape [time, column]; they are kept."""
         if "values" in self.__dict__:
             return self.values[:, list(columns)]
+        self.keep(columns)
+        return np.stack([self._columns[at] for at in columns], axis=1)
+
+    def keep(self, columns: Sequence[int]) -> None:
+        """Compute some signals by one replay and keep them."""
         lacking = [at for at in columns if at not in self._columns]
-        if lacking:
+        if lacking and "values" not in self.__dict__:
             check_samples(self.count, len(lacking))
             found = self.motion.sample(self.places[lacking], self.start, self.sampling, self.count)
             self._columns |= {at: found[:, k] for k, at in enumerate(lacking)}
-        return np.stack([self._columns[at] for at in columns], axis=1)
 
     def thinned(self, columns: Sequence[int], stride: int) -> Floats:
         """Return every ``stride``-th sample of some signals, shape [time, column]; not kept."""
