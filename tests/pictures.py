@@ -27,7 +27,8 @@ def looked_at(draw: Callable[[Any, str], bytes], figure: Any, form: str) -> tupl
     """Return a figure as ``draw`` exports it, and what is wrong with it; a PNG is not drawn again for that."""
     with _recorded() as texts:
         drawn = draw(figure, form)
-    return drawn, _faults(figure, texts, figure.canvas.renderer) if form == "png" else faults_of(figure)
+    renderer = getattr(figure.canvas, "renderer", None) if form == "png" else None
+    return drawn, faults_of(figure) if renderer is None else _faults(figure, texts, renderer)
 
 
 def faults_of(figure: Any) -> list[str]:
