@@ -281,8 +281,8 @@ def overview_figure(result: "Result", window: Window) -> Any:
     mesh = next((each for each in case.meshes if rotor in each.rotors), None) or next(iter(case.meshes), None)
     signals = [("ax", rotor), ("coupling_torque", ""), ("omega", rotor), held[0]]
     fast = next(each for each in signals if each in held)
-    flanks = ("drive_force", "back_force", "backlash") if mesh is not None else ()
-    result.runs[0].compute([fast, *((signal, mesh.label) for signal in flanks)])
+    flanks = ("drive_force", "back_force", "backlash")
+    result.runs[0].compute([fast, *((signal, mesh.label) for signal in flanks if mesh is not None)])
     figure, axes = make_figure(3, 2, 8.6, width=10.0)
     _output_panel(figure, axes[0], result, window)
     (orbit, forces), (history, spectrum) = axes[1:]
