@@ -1,5 +1,6 @@
 """Test-wide settings: depths, the order of files, checks of every figure that is drawn."""
 
+import gc
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -34,6 +35,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items[:] = sorted(kept, key=lambda item: _turn(item.path))
     if left:
         config.hook.pytest_deselected(items=left)
+
+
+def pytest_collection_finish() -> None:
+    """Leave the tests and modules that are there out of all further garbage collections."""
+    gc.freeze()
 
 
 def _place(path: Path) -> str:
