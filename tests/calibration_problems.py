@@ -23,7 +23,7 @@ PLAN: dict[str, Any] = {
     ],
     "models": [{"name": name, "set": {"backlash_model": name}} for name in ("coupled", "uncoupled")],
     "simulation": {"members": 2, "duration": "1 s", "transient": "0.1 s", "sampling": "500 Hz"},
-    "effort": {"evaluations": 40, "startup": 16, "polish": 8, "polish_members": 2, "check_members": 2, "seed": 3},
+    "effort": {"evaluations": 24, "startup": 16, "polish": 8, "polish_members": 2, "check_members": 2, "seed": 3},
     "targets": [
         {"kind": "hump", "name": "radial", "band": ["1 Hz", "8 Hz"]},
         {"kind": "line", "name": "mesh", "order": 1, "search": 0.1},

@@ -1,5 +1,6 @@
 """Test-wide settings: depths, the order of files, checks of every figure that is drawn."""
 
+import gc
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -7,8 +8,11 @@ from typing import Any
 
 import pytest
 
+# Workers share the cores: more threads of linear algebra, in them and in the commands that they start, wait for each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from depth import ALL, FULL, SHARE
-from pictures import faults_of
+from pictures import looked_at
 
 TESTS = Path(__file__).resolve().parent
 LONG = ("web", "cli/test_sweep.py", "cli", "hostile", "laws")
@@ -31,6 +35,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items[:] = sorted(kept, key=lambda item: _turn(item.path))
     if left:
         config.hook.pytest_deselected(items=left)
+
+
+def pytest_collection_finish() -> None:
+    """Leave the tests and modules that are there out of all further garbage collections."""
+    gc.freeze()
 
 
 def _place(path: Path) -> str:
@@ -60,15 +69,15 @@ def tried(record_property: Callable[[str, object], None]) -> Callable[[int], Non
 
 @pytest.fixture(scope="session")
 def watched() -> Iterator[list[str]]:
-    """Look at every figure that is drawn, with `pictures.faults_of`, and keep what is wrong with any."""
+    """Look at every figure that is drawn, with `pictures.looked_at`, and keep what is wrong with any."""
     from gearplay.pictures import canvas
 
     found: list[str] = []
     draw = canvas.to_bytes
 
     def look(figure: Any, form: str) -> bytes:
-        drawn = draw(figure, form)
-        found.extend(faults_of(figure))
+        drawn, faults = looked_at(draw, figure, form)
+        found.extend(faults)
         return drawn
 
     canvas.to_bytes = look
@@ -88,7 +97,7 @@ def beside(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture(autouse=True)
 def pictures_are_whole(watched: list[str], beside: Path) -> Iterator[None]:
-    """Fail a test that draws a figure, itself or by a command, which `pictures.faults_of` finds at fault."""
+    """Fail a test that draws a figure, itself or by a command, which `pictures.looked_at` finds at fault."""
     watched.clear()
     yield
     for each in sorted(beside.iterdir()):

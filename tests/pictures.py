@@ -2,14 +2,18 @@
 
 import re
 import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from itertools import combinations, product
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
 
+DPI = 100
+"""Dots an inch that numbers of pixels are meant for."""
 LEAST_INK = 30
-"""Dark pixels within the axes of a figure at 100 dots an inch."""
+"""Dark pixels within the axes of a figure."""
 DARK = 0.82
 """A pixel whose darkest channel is below it is ink; grids are lighter."""
 EDGE = 3
@@ -19,44 +23,62 @@ PURE = ("number", "order", "share", "factor", "member", "rank", "probability", "
 """Words of what has no unit."""
 
 
+def looked_at(draw: Callable[[Any, str], bytes], figure: Any, form: str) -> tuple[bytes, list[str]]:
+    """Return a figure as ``draw`` exports it, and what is wrong with it; a PNG is not drawn again for that."""
+    with _recorded() as texts:
+        drawn = draw(figure, form)
+    renderer = getattr(figure.canvas, "renderer", None) if form == "png" else None
+    return drawn, faults_of(figure) if renderer is None else _faults(figure, texts, renderer)
+
+
 def faults_of(figure: Any) -> list[str]:
     """Return what is wrong with a figure, as sentences."""
     before, canvas_before = figure.dpi, figure.canvas
-    figure.set_dpi(100)
+    figure.set_dpi(DPI)
     canvas = FigureCanvasAgg(figure)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), _recorded() as texts:
             warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
             canvas.draw()  # finds the layout
-            texts, pixels = _drawn(figure, canvas)
-        boxes = [(text, text.get_window_extent(canvas.get_renderer())) for text in texts]
-        found = _cut(figure, boxes) + _overlaps(boxes) + _blank(figure, pixels) + _offsets(figure, texts)
-        found += _alike(figure)
-        return found + _unnamed(figure, {id(text) for text in texts})
+            texts.clear()
+            canvas.draw()
+        return _faults(figure, texts, canvas.get_renderer())
     finally:
         figure.set_dpi(before)
         figure.set_canvas(canvas_before)
 
 
-def _drawn(figure: Any, canvas: Any) -> tuple[list[Any], Any]:
-    """Draw, and return the texts that were drawn and the pixels, shape [row, column, channel], from 0 to 1."""
-    renderer = canvas.get_renderer()
-    renderer.clear()
+@contextmanager
+def _recorded() -> Iterator[dict[int, Any]]:
+    """Record the texts that are drawn on pixels meanwhile."""
     texts: dict[int, Any] = {}
-    draw_text = renderer.draw_text
+    draw_text = RendererAgg.draw_text
 
-    def record(gc: Any, x: Any, y: Any, s: str, *more: Any, **named: Any) -> None:
+    def record(self: Any, gc: Any, x: Any, y: Any, s: str, *more: Any, **named: Any) -> None:
         text = named.get("mtext")
         if text is not None and s.strip():
             texts[id(text)] = text
-        draw_text(gc, x, y, s, *more, **named)
+        draw_text(self, gc, x, y, s, *more, **named)
 
-    renderer.draw_text = record
+    RendererAgg.draw_text = record  # type: ignore[method-assign]
     try:
-        figure.draw(renderer)
+        yield texts
     finally:
-        del renderer.draw_text
-    return list(texts.values()), np.asarray(renderer.buffer_rgba())[::-1, :, :3] / 255.0
+        RendererAgg.draw_text = draw_text  # type: ignore[method-assign]
+
+
+def _faults(figure: Any, texts: dict[int, Any], renderer: Any) -> list[str]:
+    """Return what is wrong with a figure that was drawn on a renderer, with the texts that were drawn."""
+    before = figure.dpi
+    figure.set_dpi(renderer.dpi)
+    try:
+        drawn = list(texts.values())
+        pixels = np.asarray(renderer.buffer_rgba())[::-1, :, :3]
+        boxes = [(text, text.get_window_extent(renderer)) for text in drawn]
+        found = _cut(figure, boxes) + _overlaps(boxes, figure.dpi / DPI) + _blank(figure, pixels)
+        return found + _offsets(figure, drawn) + _alike(figure) + _unnamed(figure, set(texts))
+    finally:
+        figure.set_dpi(before)
 
 
 def _shown(text: Any) -> str:
@@ -70,17 +92,21 @@ def _cut(figure: Any, boxes: list[tuple[Any, Any]]) -> list[str]:
         if text.get_clip_on() and text.get_clip_box() is not None:
             room = text.get_clip_box()
         out = max(room.x0 - box.x0, box.x1 - room.x1, room.y0 - box.y0, box.y1 - room.y1)
-        if out > 2.0:
+        if out > 2.0 * figure.dpi / DPI:
             found.append(f"{_shown(text)} is cut off by {out:.0f} pixels")
     return found
 
 
-def _overlaps(boxes: list[tuple[Any, Any]]) -> list[str]:
+def _overlaps(boxes: list[tuple[Any, Any]], dots: float) -> list[str]:
     found = []
     for (a, one), (b, other) in combinations(boxes, 2):
         wide = min(one.x1, other.x1) - max(one.x0, other.x0)
         high = min(one.y1, other.y1) - max(one.y0, other.y0)
-        if wide > 2.0 and high > 2.5 and not {a.get_rotation() % 90.0, b.get_rotation() % 90.0} - {0.0}:
+        if (
+            wide > 2.0 * dots
+            and high > 2.5 * dots
+            and not {a.get_rotation() % 90.0, b.get_rotation() % 90.0} - {0.0}
+        ):
             found.append(f"{_shown(a)} lies over {_shown(b)}")
     return found
 
@@ -94,12 +120,13 @@ def _panels(figure: Any) -> list[Any]:
 
 
 def _blank(figure: Any, pixels: Any) -> list[str]:
-    found = []
+    found, dots = [], figure.dpi / DPI
+    edge = round(EDGE * dots)
     for ax in _panels(figure):
         box = ax.get_window_extent()
-        rows = slice(int(box.y0) + EDGE, int(box.y1) - EDGE)
-        inside = pixels[rows, int(box.x0) + EDGE : int(box.x1) - EDGE]
-        if np.count_nonzero(inside.min(axis=2) < DARK) < LEAST_INK:
+        rows = slice(int(box.y0) + edge, int(box.y1) - edge)
+        inside = pixels[rows, int(box.x0) + edge : int(box.x1) - edge]
+        if np.count_nonzero(inside.min(axis=2) < 255.0 * DARK) < LEAST_INK * dots**2:
             found.append(
                 f"the axes {ax.get_title(loc='left') or ax.get_title() or ax.get_ylabel()!r} are blank"
             )

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from gearplay.files.atomic import shown_path
-from gearplay.files.netcdf import opened, read_dataset
+from gearplay.files.netcdf import check_file, opened, read_dataset
 from gearplay.vocabulary.arguments import checked_function
 from gearplay.vocabulary.errors import InputError
 
@@ -102,11 +102,12 @@ def read_result(path: str | os.PathLike[str]) -> Any:
     from gearplay.files.measurements.hdf5 import OURS
     from gearplay.results.provenance import KIND
 
-    with opened(place) as file:
+    checked = check_file(place)
+    with opened(checked) as file:
         kind = file.attribute(KIND, str, "")
         if kind == "run" and "motion" in file:
             return _result_class(kind).from_file(file, place)
-    dataset = read_dataset(place)
+    dataset = read_dataset(checked)
     if OURS in dataset.attrs:
         return _record(place)
     kind = str(dataset.attrs.get(KIND, ""))

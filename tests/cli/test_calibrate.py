@@ -21,6 +21,7 @@ from gearplay.vocabulary.errors import InputError
 from programs import run_command
 
 KILLS = sized(6, 2, torture=20)
+EVALUATIONS: int = PLAN["effort"]["evaluations"]
 
 
 def command(plan: Path, out: Path, *more: str) -> list[str]:
@@ -72,24 +73,26 @@ def test_the_report_is_written(whole: Path) -> None:
     assert {"report.html", "calibration.json", "residuals.csv"} <= {p.name for p in whole.iterdir()}
     document = json.loads((whole / "calibration.json").read_text(encoding="utf-8"))
     assert document["statement"]["words"]
-    assert len(trials(whole)) == 2 * 40 * 5
+    assert len(trials(whole)) == 2 * EVALUATIONS * 5
 
 
 @pytest.mark.slow
 def test_more_trials_go_on_from_those_that_are_there(plan: Path, whole: Path, tmp_path: Path) -> None:
     shutil.copytree(whole, tmp_path / "more")
-    done = run_command("calibrate", plan, "--out", tmp_path / "more", "--evaluations", 44, "--json")
+    done = run_command(
+        "calibrate", plan, "--out", tmp_path / "more", "--evaluations", EVALUATIONS + 4, "--json"
+    )
     assert done.returncode == 0, done.stderr
-    assert all(fit["trials"] == 44 for fit in json.loads(done.stdout)["fits"])
+    assert all(fit["trials"] == EVALUATIONS + 4 for fit in json.loads(done.stdout)["fits"])
     assert set(trials(whole)) < set(trials(tmp_path / "more"))
-    fewer = run_command("calibrate", plan, "--out", tmp_path / "more", "--evaluations", 20)
+    fewer = run_command("calibrate", plan, "--out", tmp_path / "more", "--evaluations", EVALUATIONS - 4)
     assert (fewer.returncode, "must hold trials of the same plan" in fewer.stderr) == (2, True)
 
 
 @pytest.mark.slow
 @pytest.mark.hostile
 def test_kills_reach_the_same_trials_and_the_same_result(plan: Path, whole: Path, tmp_path: Path) -> None:
-    chance, kills, rows, every = random.Random(1), 0, 4, 2 * 40
+    chance, kills, rows, every = random.Random(1), 0, 4, 2 * EVALUATIONS
     while True:
         before = len(trials(tmp_path))
         # Spread over what is left; with nothing left to spare the kill falls into the start-up.

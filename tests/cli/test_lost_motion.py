@@ -20,9 +20,9 @@ def test_lost_motion__of_a_case(tmp_path: Path, capsys: pytest.CaptureFixture[st
         "--stages",
         "28Nm,96Nm",
         "--positions",
-        "6",
+        "3",
         "--members",
-        "8",
+        "4",
         "--out",
         str(tmp_path),
     ]
@@ -34,19 +34,19 @@ def test_lost_motion__of_a_case(tmp_path: Path, capsys: pytest.CaptureFixture[st
         hold="input",
         torque=200.0,
         stages=[28.0, 96.0],
-        positions=6,
-        members=8,
+        positions=3,
+        members=4,
     ).ds
     for name in ("lost_motion", "backlash_arcmin", "torsional_stiffness"):
         assert document[name] == pytest.approx(float(expected[name]), rel=1e-12)
     assert list(document["stiffness"]) == ["K1", "K2", "K3"]
-    assert len(document["lost_motion_by_member"]) == 8
+    assert len(document["lost_motion_by_member"]) == 4
     assert document["lost_motion_by_position"][0] == pytest.approx(document["lost_motion"], rel=1e-9)
     assert gp.read_result(document["out"]).ds.attrs["at"] == "output"
     assert Path(document["picture"]).stat().st_size > 20_000
     page = Path(document["report"]).read_text(encoding="utf-8")
     assert "arcmin of lost motion" in page
-    assert "Over 8 members" in page
+    assert "Over 4 members" in page
     assert run(words) == 2  # they are there
     assert "overwrite" in capsys.readouterr().err
     assert run([*words, "--overwrite"]) == 0

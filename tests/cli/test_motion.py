@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from depth import sized
 from gearplay.cli.main import run
 from gearplay.model.reading import to_toml
 from gearplay.nonlinear import method_comparison
@@ -42,9 +43,9 @@ def test_kinds_of_the_torsional_pair(case: gp.Case, kind: str, order: int | None
 
 @pytest.mark.slow
 def test_the_article_s_pair_is_chaotic_and_no_artefact() -> None:
-    """Most of five paths are: one in ten records of 400 periods is not long enough to tell; no exponent is below 0."""
+    """Most paths are: one in ten records of 400 periods is not long enough to tell; no exponent is below 0."""
     kinds = []
-    for tolerance in np.linspace(1e-9, 0.8e-9, 5):
+    for tolerance in np.linspace(1e-9, 0.8e-9, sized(5, 3)):
         changes = {
             "run.sampling": 2e3,
             "run.duration": 1.0,
@@ -60,7 +61,7 @@ def test_the_article_s_pair_is_chaotic_and_no_artefact() -> None:
         assert len(found.comparisons) > 10
         assert max(abs(each.t) for each in found.comparisons) < found.limit
     assert set(kinds) <= {"chaotic", "transient", "undecided"}
-    assert kinds.count("chaotic") >= 3
+    assert kinds.count("chaotic") > 0.5 * len(kinds)
 
 
 @pytest.mark.slow

@@ -59,6 +59,7 @@ def test_every_kind_of_picture_of_every_bundled_case(
 
 
 @pytest.mark.slow
+@pytest.mark.many
 @pytest.mark.parametrize("name", PLACES)
 def test_what_is_asked_for_is_drawn(name: str, results: Results, tmp_path: Path) -> None:
     case = str(results[name])

@@ -19,7 +19,7 @@ from gearplay.studies.han2021.comparison import GROUPS
 from gearplay.studies.han2021.report import QUESTIONS
 
 FIGURES = 17
-COMMAND = [sys.executable, "-m", "gearplay.cli.main", "study", "han2021", "--members", "3", "--duration", "3"]
+COMMAND = [sys.executable, "-m", "gearplay.cli.main", "study", "han2021", "--members", "2", "--duration", "2"]
 
 
 def run(*words: str, timeout: float = 240.0) -> subprocess.CompletedProcess[str]:
@@ -34,6 +34,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
     return folder, json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_folder__report_tables_figures(finished: tuple[Path, dict]) -> None:
     folder, document = finished
     with (folder / "tables.csv").open(encoding="utf-8") as file:
@@ -52,6 +53,7 @@ def test_folder__report_tables_figures(finished: tuple[Path, dict]) -> None:
     assert json.loads((folder / "claims.json").read_text())["shares"]
 
 
+@pytest.mark.slow
 def test_standard_output__names_of_all_figures(finished: tuple[Path, dict]) -> None:
     folder, document = finished
     said = _words(document)
@@ -60,6 +62,7 @@ def test_standard_output__names_of_all_figures(finished: tuple[Path, dict]) -> N
     assert str(folder / "report.pdf") in said
 
 
+@pytest.mark.slow
 def test_findings__levels_of_the_tables(finished: tuple[Path, dict]) -> None:
     _, document = finished
     claim = next(
@@ -76,6 +79,7 @@ def test_findings__levels_of_the_tables(finished: tuple[Path, dict]) -> None:
         assert f"{middle} against {', '.join(others)} m/s²" in claim["evidence"]
 
 
+@pytest.mark.slow
 def test_report__one_self_contained_page(finished: tuple[Path, dict]) -> None:
     folder, document = finished
     page = (folder / "report.html").read_text(encoding="utf-8")
@@ -90,6 +94,7 @@ def test_report__one_self_contained_page(finished: tuple[Path, dict]) -> None:
     assert "nan" not in re.sub(r"data:image[^\"]*", "", page).lower().split()
 
 
+@pytest.mark.slow
 def test_report__five_answers_before_any_table(finished: tuple[Path, dict]) -> None:
     """Each answer is one sentence with numbers of this run."""
     folder, document = finished
@@ -103,7 +108,7 @@ def test_report__five_answers_before_any_table(finished: tuple[Path, dict]) -> N
         assert len(re.findall(r"[.!?](?= [A-Z])", answer)) == 0, "one sentence"
     simulated, agrees, where, why, believe = (each["answer"] for each in document["story"])
     assert "6 test conditions" in simulated
-    assert "3 runs of 3 s" in simulated
+    assert "2 runs of 2 s" in simulated
     for number in (7.3, 16.2):
         assert f"{number:g}" in agrees
     fresh = document["errors"][0]["fresh"]
@@ -115,6 +120,7 @@ def test_report__five_answers_before_any_table(finished: tuple[Path, dict]) -> N
     assert first.count("<img ") == 1
 
 
+@pytest.mark.slow
 def test_errors__means_of_the_tables(finished: tuple[Path, dict]) -> None:
     """The errors of fresh members are the means of this run's tables, not those of the search."""
     _, document = finished
@@ -130,6 +136,7 @@ def test_errors__means_of_the_tables(finished: tuple[Path, dict]) -> None:
         assert errors["left_out"][1] == pytest.approx(left_out)
 
 
+@pytest.mark.slow
 def test_figures__neither_empty_nor_cut_off(finished: tuple[Path, dict]) -> None:
     """Dark pixels in the middle of every figure, few at its edges."""
     from PIL import Image
@@ -146,6 +153,7 @@ def test_figures__neither_empty_nor_cut_off(finished: tuple[Path, dict]) -> None
         assert np.mean(edges < 128.0) < 1e-3, path.name
 
 
+@pytest.mark.slow
 def test_pdf__pages_and_figures(finished: tuple[Path, dict]) -> None:
     folder, _ = finished
     written = (folder / "report.pdf").read_bytes()
@@ -166,6 +174,7 @@ def test_folder__same_seed_same_bytes(finished: tuple[Path, dict], tmp_path: Pat
         assert (again / name).read_bytes() == (folder / name).read_bytes(), name
 
 
+@pytest.mark.slow
 def test_existing_report__refused(finished: tuple[Path, dict]) -> None:
     again = run("--out", str(finished[0]))
     assert again.returncode == 2

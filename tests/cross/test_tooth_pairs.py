@@ -8,6 +8,7 @@ import math
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 from building import Document, Floats, Measured, case_of, simulate_one
@@ -196,6 +197,7 @@ class Plain:
         return found.y[:6, -1] - np.ravel([[*r["position"], 0.0] for r in rotors])
 
 
+@pytest.mark.slow
 def test_random_pairs__follow_a_plain_simulation(measured: Measured) -> None:
     """Positions after 6 ms, of every second pair with friction; contacts of 20 random pairs at full depth."""
     worst, touched = 0.0, 0

@@ -57,7 +57,8 @@ def test_worn_flanks__are_told_from_a_worn_bush() -> None:
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_a_worn_bush__is_told_from_worn_flanks() -> None:
-    found = gp.diagnose(taken(PAIR, {"sleeves.wheel.radial_clearance": "90 um"}, RIG), case=PAIR, rig=RIG)
+    record = taken(PAIR, {"sleeves.wheel.radial_clearance": "90 um"}, RIG)
+    found = gp.diagnose(record, case=PAIR, rig=RIG, members=2)
     assert causes(found) == ["worn bush of wheel"]
     assert 60.0 < float(found.checks()[0]["level"].split()[2]) < 130.0
 
@@ -65,7 +66,7 @@ def test_a_worn_bush__is_told_from_worn_flanks() -> None:
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_the_case_as_it_is__needs_no_cause(tmp_path: Path) -> None:
-    found = gp.diagnose(taken(PAIR, {}, RIG), case=PAIR, rig=RIG)
+    found = gp.diagnose(taken(PAIR, {}, RIG), case=PAIR, rig=RIG, members=2)
     assert "the case as it is" in causes(found)
     assert "no simulated cause is needed" in found.message
     found.save(tmp_path / "d.nc")

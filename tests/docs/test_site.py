@@ -76,7 +76,12 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build the site as `make docs` does, from a copy of the docs without the pages that it writes."""
+    """Return the site that `make docs` has just built, of `GEARPLAY_SITE`, or build it so.
+
+    From a copy of the docs without the pages that it writes.
+    """
+    if built := os.environ.get("GEARPLAY_SITE"):
+        return Path(built).resolve()
     root = tmp_path_factory.mktemp("docs")
     made = shutil.ignore_patterns(*MADE, "house.svg")
     shutil.copytree(ROOT / "docs", root / "docs", ignore=made)

@@ -93,11 +93,11 @@ def _count(angle: float, resolution: float) -> float:
 @pytest.mark.parametrize(
     ("changes", "lag"),
     [
-        ({}, 0.0),
-        ({"delay": 0.4e-3}, 0.0),
+        pytest.param({}, 0.0, marks=pytest.mark.slow),
+        pytest.param({"delay": 0.4e-3}, 0.0, marks=pytest.mark.slow),
         ({"delay": 1e-3, "torque_limit": 0.2}, 0.0),
         ({"delay": 0.4e-3, "position_every": 1}, 0.5e-3),
-        ({"resolution": 0.0, "speed_resolution": 0.0}, 0.0),
+        pytest.param({"resolution": 0.0, "speed_resolution": 0.0}, 0.0, marks=pytest.mark.slow),
     ],
 )
 def test_sampled_cascade__encoder_behind_play(changes: Document, lag: float, measured: Measured) -> None:

@@ -115,6 +115,19 @@ def test_two_inertias_swing_at_their_natural_frequency(ratio: float, measured: M
     assert by_slopes == pytest.approx(exact, rel=1e-9)
 
 
+@pytest.mark.compiled
+@pytest.mark.parametrize("play", [0.0, 1e-3])
+def test_lateral_stiffness__free_centres_swing_at_their_natural_frequency(play: float) -> None:
+    """x_1 - x_2 = v / w sin(w t), w^2 = k (1/m_1 + 1/m_2), without damping, and with play of the rotation too."""
+    document = shafts(play=play, lateral_stiffness=1e5)
+    document["rotors"]["one"] |= {"floating": True, "initial": {"theta": 0.0, "vx": 0.1}}
+    document["rotors"]["two"] |= {"floating": True}
+    run = simulate_one(document)
+    w = math.sqrt(2e5)  # of two masses of 1 kg
+    apart = run.signal("x", "one") - run.signal("x", "two")
+    np.testing.assert_allclose(apart, 0.1 / w * np.sin(w * run.time), rtol=0.0, atol=1e-10)
+
+
 def test_play_gives_free_motion_and_impacts_in_closed_form(measured: Measured) -> None:
     """Free within the play, then half a period of the spring: touch and release to 1e-9 s, the twist to 1e-9 rad."""
     play, speed = 2e-3, 4.0

@@ -19,7 +19,7 @@ import pytest
 from scipy.integrate import cumulative_simpson
 
 from building import Document, Floats, Measured, case_of, merged, simulate_one
-from depth import sized
+from depth import FULL, sized
 from gearplay.integrate import dispatch
 from gearplay.integrate.events import first_switch
 from gearplay.integrate.restart import begin
@@ -43,6 +43,8 @@ KIND_FILES = {kind.name: kind.file for kind in registry.KINDS}
 every_kind = pytest.mark.parametrize("kind", KINDS)
 WITHOUT_CONTACTS = ("servo", "support", "excitation", "base", "positioner")
 LOOKS = np.linspace(0.0, 1.0, 42)[1:-1]  # shares of a step
+MECHANISMS = {"sleeve": 1000, "bearing": 120, "pairs": 120, "envelope": 120}
+"""How many a test of steps draws of a kind below the full depth; of others 300."""
 
 
 def own(kind: str) -> ModuleType:
@@ -206,7 +208,7 @@ def test_no_switch_is_missed_within_a_step(kind: str, measured: Measured) -> Non
     Touches that graze are the many; of what else may return `test_stiffness_edges` makes sure.
     """
     humps, missed = 0, 0
-    for seed in range(sized(3000, {"sleeve": 1000, "pairs": 120, "envelope": 120}.get(kind, 300))):
+    for seed in range(3000 if FULL else MECHANISMS.get(kind, 300)):
         rng = np.random.default_rng([11, KINDS[kind], seed])
         scene = Scene(own(kind).sample(rng), kind, rng, depth=float(rng.choice([0.02, 0.2, 2.0])))
         run = scene.run(1e-6)
@@ -221,6 +223,10 @@ def test_no_switch_is_missed_within_a_step(kind: str, measured: Measured) -> Non
             for s in active_set.switches[1 : active_set.switches[0] + 1]:
                 if run.g_0[s] > 0.0 or run.g_1[s] > 0.0:
                     continue
+                few = [scene.look(run, h, x, s) for x in LOOKS[::5]]
+                few += [run.g_0[s], run.g_1[s]]
+                if max(few) + 3.0 * (max(few) - min(few)) < 0.0:
+                    continue  # far below 0 throughout
                 values = [scene.look(run, h, x, s) for x in LOOKS]
                 lowest = min(*values, run.g_0[s], run.g_1[s])
                 if max(values) > 1e-3 * (max(values) - lowest):

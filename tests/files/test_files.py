@@ -17,7 +17,7 @@ import xarray as xr
 from depth import sized
 from gearplay.files import netcdf, sandbox
 from gearplay.files.atomic import check_new, make_folder, replacing, write_bytes, write_text
-from gearplay.files.netcdf import netcdf_bytes, read_dataset, write_dataset
+from gearplay.files.netcdf import check_file, netcdf_bytes, read_dataset, write_dataset
 from gearplay.files.sandbox import Reader, Request
 from gearplay.vocabulary.errors import InputError
 
@@ -226,7 +226,7 @@ def a_result() -> xr.Dataset:
 
 def test_result__is_read_back_as_written(tmp_path: Path) -> None:
     write_dataset(a_result(), tmp_path / "run.nc")
-    xr.testing.assert_identical(read_dataset(tmp_path / "run.nc"), a_result())
+    xr.testing.assert_identical(read_dataset(check_file(tmp_path / "run.nc")), a_result())
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as elsewhere:  # by any reader of netCDF
         assert elsewhere.x.equals(a_result().x)
 
@@ -254,7 +254,7 @@ def test_no_damage_goes_unseen(tmp_path: Path, tried: Callable[[int], None]) -> 
             content[at:] = content[at:][::-1]
         place.write_bytes(content)
         try:
-            found = read_dataset(place)
+            found = read_dataset(check_file(place))
         except InputError as error:
             said.append(str(error))
         else:
@@ -270,13 +270,13 @@ def test_numbers_that_a_file_cannot_hold_are_refused(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "bomb.nc", "w") as file:
         file.create_dataset("x", (200_000_000_000,), dtype="f8", chunks=(1_000_000,), fillvalue=1.0)
     with pytest.raises(InputError, match="declares"):
-        read_dataset(tmp_path / "bomb.nc")
+        read_dataset(check_file(tmp_path / "bomb.nc"))
 
 
 @pytest.mark.parametrize("kind", ["pipe", "device", "folder"])
 def test_special_file__is_not_read(kind: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no plain file"):
-        read_dataset(special(kind, tmp_path))
+        read_dataset(check_file(special(kind, tmp_path)))
 
 
 def test_a_folder_below_a_file_is_refused(tmp_path: Path) -> None:
@@ -295,7 +295,7 @@ def test_sandbox__a_hang_or_crash_of_the_reader_is_contained(
         monkeypatch.setattr(sandbox, "TIME_LIMIT", patience)
         monkeypatch.setattr(netcdf, "READER", Reader(begin + child))
         with pytest.raises(InputError, match="HDF5 library crashes on it or does not return"):
-            read_dataset(tmp_path / "old.nc")
+            read_dataset(check_file(tmp_path / "old.nc"))
 
 
 @pytest.mark.slow
@@ -333,11 +333,11 @@ def test_a_foreign_file_has_a_limit_on_memory(tmp_path: Path, monkeypatch: pytes
     limited += "sandbox.MOST_MEMORY = 2 << 30; sandbox.serve()"
     monkeypatch.setattr(netcdf, "READER", Reader(limited))
     with pytest.raises(InputError, match=r"bomb\.nc.*needs more than 2\.\d+ GB of memory"):
-        read_dataset(tmp_path / "bomb.nc")
+        read_dataset(check_file(tmp_path / "bomb.nc"))
 
 
 def test_a_dataset_in_chunks_is_written_whole(tmp_path: Path) -> None:
     """Its numbers are computed when they are asked for, which writing does not do of itself."""
     whole = a_result()
     write_dataset(whole.chunk(), tmp_path / "run.nc")
-    assert read_dataset(tmp_path / "run.nc").identical(whole)
+    assert read_dataset(check_file(tmp_path / "run.nc")).identical(whole)

@@ -13,8 +13,8 @@ from gearplay.vocabulary.exit_codes import PARTLY, RESOURCE
 from gearplay.vocabulary.memory import is_too_little_memory, too_little_memory
 
 MEMORY = 3 * 1024**3
-"""Address space of the child: enough for libraries and the motion, not for 5.5 GiB of samples."""
-LARGE = ["--set", "run.duration=20s", "--set", "run.sampling=1MHz", "--set", "run.transient=0s"]
+"""Address space of the child: enough for libraries and the motion, not for 4 GiB of samples."""
+LARGE = ["--set", "run.duration=15s", "--set", "run.sampling=1MHz", "--set", "run.transient=0s"]
 PLAN = """
 case = "han2021"
 set = { "run.duration" = "90 s", "run.transient" = "0 s" }
@@ -52,7 +52,7 @@ def test_run__with_too_little_memory_is_one_sentence(tmp_path: Path) -> None:
 def test_python__raises_a_resource_error(tmp_path: Path) -> None:
     program = """
 import gearplay as gp
-result = gp.simulate("han2021", duration=20.0, transient=0.0, sampling=1e6)
+result = gp.simulate("han2021", duration=15.0, transient=0.0, sampling=1e6)
 try:
     result.save("run.csv")
 except gp.ResourceError as error:

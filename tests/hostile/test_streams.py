@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from programs import run_command
+
 pytestmark = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a Linux device")
 
 
@@ -39,7 +41,7 @@ def test_a_full_output_is_one_sentence(words: str, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_plotting_back_end_that_does_not_exist_draws_all_the_same(tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text("t,acc\n" + "".join(f"{k / 1000:.3f},{k % 7}\n" for k in range(2000)))
-    ended = gearplay("analyze run.csv --out figures", "", tmp_path)
+    ended = run_command("analyze", tmp_path / "run.csv", "--out", tmp_path / "figures")
     assert ended.returncode == 0, ended.stderr
     bad = subprocess.run(
         [sys.executable, "-m", "gearplay", "analyze", "run.csv", "--out", "again"],

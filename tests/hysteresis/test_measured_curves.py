@@ -24,6 +24,7 @@ def covered(ds: Any, truth: Truth) -> NDArray[np.bool_]:
     return (low <= values) & (values <= high)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_in_95_of_100(tmp_path: Path) -> None:
     """1 % noise of the rotation's amplitude: each number in 95 of 100 records or more, and narrow enough to be of use."""
     hits, widths = np.zeros(5), []

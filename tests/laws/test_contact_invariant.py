@@ -104,6 +104,7 @@ def test_every_accepted_state_of_random_trains_keeps_the_invariant() -> None:
                 break
 
 
+@pytest.mark.slow
 def test_no_sample_of_random_trains_shows_a_missed_touch() -> None:
     """Loaded sleeves, offsets, no clearance, couplings, friction, tables, dampings, drives, a shaken housing."""
     for seed in range(sized(600, 60, torture=100_000)):

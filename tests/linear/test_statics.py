@@ -169,16 +169,17 @@ def settled(case: gp.Case, softest: float) -> np.ndarray | None:
             rotor["drive"]["speed"] = 1e-6
         if name == "s_carrier":
             rotor["inertia"] = 0.5 * case.planetary["s"].distance ** 2
+    labels = [mesh.label.replace("s.", "s_") for mesh in case.meshes]
     result = gp.simulate(
         gp.Case.model_validate(document),
         duration=duration,
         transient=0.0,
         sampling=20.0 / duration,
         policy=gp.Policy(tolerance=1e-8, max_steps=40_000),
+        signals=["drive_force", "back_force"],
     )
     if result.ds.attrs["status"] != "DONE":
         return None
-    labels = [mesh.label.replace("s.", "s_") for mesh in case.meshes]
     forces = [result.signal("drive_force", label) - result.signal("back_force", label) for label in labels]
     return np.array(forces)[:, [-6, -1]]
 

@@ -29,13 +29,12 @@ class _Watching(importlib.abc.Loader):
         draw = module.to_bytes
 
         def look(figure: Any, form: str) -> bytes:
-            drawn: bytes = draw(figure, form)
             sys.path.append(str(Path(__file__).parents[1]))
             try:
-                from pictures import faults_of
+                from pictures import looked_at
             finally:
                 sys.path.pop()
-            found = faults_of(figure)
+            drawn, found = looked_at(draw, figure, form)
             if found:
                 (Path(FOLDER or "") / uuid.uuid4().hex).write_text("\n".join(found), encoding="utf-8")
             return drawn

@@ -132,13 +132,13 @@ def record_in(path: Path, sampling: float | None, units: dict[str, str]) -> tupl
     from gearplay.files.measurements import read_measurement
 
     if path.suffix.lower() in (".nc", ".nc4") and path.is_file() and sampling is None and not units:
-        from gearplay.files.netcdf import opened
+        from gearplay.files.netcdf import check_file, opened
         from gearplay.public_functions import read_result
         from gearplay.results.provenance import KIND
         from gearplay.results.recorded import record_of, usual_channel
         from gearplay.results.result import Result
 
-        with opened(path) as file:
+        with opened(check_file(path)) as file:
             kind = file.attributes().get(KIND)
         if kind == Result.result_kind:
             result = read_result(path)

@@ -6,6 +6,7 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from io import BytesIO
@@ -82,20 +83,44 @@ def netcdf_bytes(dataset: "xr.Dataset", *, packed: bool = True) -> bytes:
     return with_checksum(buffer.getvalue())
 
 
-def read_dataset(path: Path) -> "xr.Dataset":
-    """Read a result file into memory; a digest at its end is checked.
+@dataclass(frozen=True)
+class Sound:
+    """Result file whose digest is right, or the content of one without a digest, rewritten by a process of its own."""
+
+    path: Path
+    source: Path | BytesIO
+    size: int  # bytes
+
+
+def check_file(path: Path) -> Sound:
+    """Check the digest at the end of a result file; a file without one is foreign or cut off and is read by a child process.
 
     Raises `InputError` where it is missing, no plain file, damaged or not a result, or declares more numbers than it can hold.
     """
     with _refusing(path):
-        source, size = _sound(path)
-        found = load_whole(source, size)
+        size = _plain_size(path)
+        if _check_digest(path, size):
+            return Sound(path, path, size)
+        try:
+            _, (content,) = READER.read(__name__, Request(path.absolute(), size))
+        except SandboxError as reason:
+            raise _refusal(path, f"the HDF5 library {reason}") from None
+        return Sound(path, BytesIO(content), len(content))
+
+
+def read_dataset(file: Sound) -> "xr.Dataset":
+    """Read a checked result file into memory.
+
+    Raises `InputError` where it is not a result, or declares more numbers than it can hold.
+    """
+    with _refusing(file.path):
+        found = load_whole(file.source, file.size)
     found.attrs.pop(CHECKSUM, None)  # of the file, not of what is in it
     return found
 
 
 def open_dataset(path: Path) -> "xr.Dataset":
-    """Return a result file with a digest, which `opened` has checked, as a dataset whose variables are read on first access."""
+    """Return a result file with a right digest (`check_file`) as a dataset whose variables are read on first access."""
     import xarray as xr
 
     with _refusing(path):
@@ -105,33 +130,17 @@ def open_dataset(path: Path) -> "xr.Dataset":
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Stored]:
-    """Open a result file for reading arrays by name, without xarray; faults found within the block become `InputError`.
+def opened(file: Sound) -> Iterator[Stored]:
+    """Open a checked result file for reading arrays by name, without xarray; faults found within the block become `InputError`.
 
     Raises `InputError` as `read_dataset`.
     """
     import h5py
 
-    with _refusing(path):
-        source, size = _sound(path)
-        _check_declared(source, size)
-        with h5py.File(source, "r") as file:
-            yield Stored(file)
-
-
-def _sound(path: Path) -> tuple[Path | BytesIO, int]:
-    """Return a file whose digest is right, or the content of one without a digest, and its size [bytes].
-
-    The latter is foreign or cut off: a process of its own reads it, which may crash or be ended.
-    """
-    size = _plain_size(path)
-    if _check_digest(path, size):
-        return path, size
-    try:
-        _, (content,) = READER.read(__name__, Request(path.absolute(), size))
-    except SandboxError as reason:
-        raise _refusal(path, f"the HDF5 library {reason}") from None
-    return BytesIO(content), len(content)
+    with _refusing(file.path):
+        _check_declared(file.source, file.size)
+        with h5py.File(file.source, "r") as group:
+            yield Stored(group)
 
 
 def load(_: Request) -> None:
@@ -143,7 +152,7 @@ def load(_: Request) -> None:
 def send(request: Request) -> tuple[None, list[bytes]]:
     """Read a file without a digest and return it rewritten, with a digest; in the child process.
 
-    Raises `InputError` as `read_dataset` does.
+    Raises `InputError` as `check_file` does.
     """
     with _refusing(request.path):
         found = load_whole(request.path, request.size)

@@ -172,6 +172,7 @@ def stored_portrait(result: Result, rotors: list[str], window: tuple[float, floa
     free = free_rotors(case)
     speeds = dict(zip(case.rotors, nominal_speeds(case), strict=True))
     held = set(result.held())
+    result.runs[0].compute([("omega", rotor) for rotor in case.rotors])
     turning = {rotor for rotor in case.rotors if ("omega", rotor) in held and moves(result, "omega", rotor)}
     signals = [
         f"{rotor}.{name}"
@@ -182,6 +183,7 @@ def stored_portrait(result: Result, rotors: list[str], window: tuple[float, floa
     if not signals:
         rule = "must name a rotor that moves, with x, y, vx, vy or theta, omega kept"
         raise InputError.of("at", ", ".join(rotors) or "none", rule, f"Rotors: {', '.join(case.rotors)}")
+    result.runs[0].compute([(name, rotor) for rotor, _, name in (each.rpartition(".") for each in signals)])
     variables: dict[str, Any] = {
         "contact": ("onset_time", np.zeros(0, dtype=object), {"long_name": "contact that begins"})
     }

@@ -3,7 +3,8 @@
 import io
 import textwrap
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -62,8 +63,26 @@ def to_bytes(figure: Any, form: str) -> bytes:
     metadata = {"Software": "gearplay"} if form == "png" else {"Creator": "gearplay"}
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
-        figure.savefig(buffer, format=form, dpi=DPI, metadata=metadata)
+        with _laid_out(figure) if form == "png" else nullcontext():
+            figure.savefig(buffer, format=form, dpi=DPI, metadata=metadata)
     return buffer.getvalue()
+
+
+@contextmanager
+def _laid_out(figure: Any) -> Iterator[None]:
+    """Find the layout of a figure at its resolution; without a layout engine `savefig` then draws once, not twice."""
+    before, engine = figure.dpi, figure.get_layout_engine()
+    if engine is None:
+        yield
+        return
+    figure.set_dpi(DPI)
+    try:
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+        yield
+    finally:
+        figure.set_layout_engine(engine)
+        figure.set_dpi(before)
 
 
 def set_title(figure: Any, text: str) -> None:

@@ -194,6 +194,10 @@ def moving_sharing(result: Result, name: str | None, member: int) -> LoadSharing
     members = members_of(case, name)
     labels = [mesh.label for mesh in case.meshes]
 
+    of_rotors = [(signal, rotor) for rotor in case.rotors for signal in ("x", "y", "theta")]
+    forces = [(signal, label) for label in labels for signal in ("drive_force", "back_force")]
+    result.runs[member].compute([*of_rotors, *forces])
+
     def series(signal: str, label: str) -> Floats:
         return result.signal(signal, label, member)
 

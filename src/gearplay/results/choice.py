@@ -83,6 +83,7 @@ def _called(result: "Result", name: str, labels: list[str] | None) -> Chosen:
         cure = f"Did you mean '{close}'? " if close else ""
         rule = "must be a signal of the result" + ("" if labels is None else f" at {labels[0]}")
         raise InputError.of("signal", name, rule, f"{cure}Signals: {', '.join(bare)}")
+    result.runs[0].compute(here)
     return [each for each in here if moves(result, *each)] or here[:1]
 
 
@@ -93,6 +94,7 @@ def _most_informative(result: "Result", labels: list[str] | None, kind: str) -> 
         meshes = [mesh.label for mesh in result.case.meshes if output in mesh.rotors]
         order = [output, *(meshes or [mesh.label for mesh in result.case.meshes])[:1]]
     found = [(signal, label) for label in order for signal in INFORMATIVE[kind] if (signal, label) in held]
+    result.runs[0].compute(found)
     moving = [each for each in found if moves(result, *each)]
     speeds = [("omega", label) for label in order if ("omega", label) in held]
     speeds += [each for each in held if each[0] == "omega"] if labels is None else []

@@ -272,12 +272,17 @@ def waterfall_figure(result: "Result", signal: str, label: str, window: Window) 
 def overview_figure(result: "Result", window: Window) -> Any:
     """Return one figure: transmission error of the output shaft, an orbit, a close-up of mesh forces, backlash, a spectrum."""
     case, held, shaft = result.case, result.held(), result.output
+    result.runs[0].compute(
+        [("theta", shaft.rotor), ("theta", shaft.input), *((s, n) for n in free_rotors(case) for s in "xy")]
+    )
     free = [name for name in free_rotors(case) if moves(result, "x", name) or moves(result, "y", name)]
     free.sort(key=lambda name: name != shaft.rotor)
     rotor = free[0] if free else shaft.rotor
     mesh = next((each for each in case.meshes if rotor in each.rotors), None) or next(iter(case.meshes), None)
     signals = [("ax", rotor), ("coupling_torque", ""), ("omega", rotor), held[0]]
     fast = next(each for each in signals if each in held)
+    flanks = ("drive_force", "back_force", "backlash")
+    result.runs[0].compute([fast, *((signal, mesh.label) for signal in flanks if mesh is not None)])
     figure, axes = make_figure(3, 2, 8.6, width=10.0)
     _output_panel(figure, axes[0], result, window)
     (orbit, forces), (history, spectrum) = axes[1:]

@@ -40,6 +40,8 @@ def motion_in(
         rule = f"must keep {', '.join(missing[:3])} to draw the mechanism"
         raise InputError.of("result", f"{len(held)} signals", rule, "Keep all signals of the rotors")
     named = [] if at is None else elements_at(case, at)
+    forces = ("drive_force", "back_force", "sleeve_force_x", "sleeve_force_y")
+    result.runs[0].compute([each for each in held if each[0] in (*NEEDED, *forces)])
     time = cut(result, "x", next(iter(case.rotors)), window)[0]
 
     def signal(name: str, label: str) -> Any:
@@ -66,6 +68,7 @@ def stage_of(motion: Motion, times: float = 1.0) -> Stage:
 def loud_window(result: Result, window: tuple[float, float]) -> tuple[float, float]:
     """Return some mesh periods about the largest force of a mesh; all of a window that is not much longer."""
     case = result.case
+    result.runs[0].compute([("drive_force", mesh.label) for mesh in case.meshes])
     loud = [
         (float(np.nanmax(cut(result, "drive_force", mesh.label, window)[1], initial=0.0)), mesh.label)
         for mesh in case.meshes

@@ -121,6 +121,9 @@ class DatasetSamples:
         """All signals, shape [time, column]."""
         return self.some(range(len(self.columns)))
 
+    def keep(self, columns: Sequence[int]) -> None:
+        """Do nothing: they are in the dataset."""
+
     def some(self, columns: Sequence[int], part: slice = slice(None)) -> Floats:
         """Return some signals, shape [time, column]."""
         found = np.empty((len(range(self.count)[part]), len(columns)))

@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Iterator, Sequence
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+SHORT_RECORD: Final = 8_000_000
+"""Size of all samples of a short record [bytes]."""
 
 
 class KeptSamples:
@@ -60,14 +64,22 @@ class KeptSamples:
 
     def some(self, columns: Sequence[int]) -> Floats:
         """Return some signals, shape [time, column]; they are kept."""
+        self.keep(columns)
         if "values" in self.__dict__:
             return self.values[:, list(columns)]
+        return np.stack([self._columns[at] for at in columns], axis=1)
+
+    def keep(self, columns: Sequence[int]) -> None:
+        """Compute some signals by one replay and keep them; all signals of a short record, which takes hardly longer."""
         lacking = [at for at in columns if at not in self._columns]
-        if lacking:
+        if not lacking or "values" in self.__dict__:
+            return
+        if 8 * self.count * len(self.places) <= SHORT_RECORD:
+            self.__dict__["values"] = self._all()
+        else:
             check_samples(self.count, len(lacking))
             found = self.motion.sample(self.places[lacking], self.start, self.sampling, self.count)
             self._columns |= {at: found[:, k] for k, at in enumerate(lacking)}
-        return np.stack([self._columns[at] for at in columns], axis=1)
 
     def thinned(self, columns: Sequence[int], stride: int) -> Floats:
         """Return every ``stride``-th sample of some signals, shape [time, column]; not kept."""

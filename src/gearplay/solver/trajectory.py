@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple, Protocol
@@ -177,6 +177,9 @@ class Samples(Protocol):
     def some(self, columns: Sequence[int]) -> Floats:
         """Return some signals, shape [time, column]."""
 
+    def keep(self, columns: Sequence[int]) -> None:
+        """Compute some signals together, if they have to be computed, and keep them."""
+
     def thinned(self, columns: Sequence[int], stride: int) -> Floats:
         """Return every ``stride``-th sample of some signals, shape [time, column]; not kept."""
 
@@ -202,6 +205,9 @@ class WrittenSamples:
     def some(self, columns: Sequence[int]) -> Floats:
         """Return some signals, shape [time, column]."""
         return self.values[:, list(columns)]
+
+    def keep(self, columns: Sequence[int]) -> None:
+        """Do nothing: they were written during the run."""
 
     def thinned(self, columns: Sequence[int], stride: int) -> Floats:
         """Return every ``stride``-th sample of some signals, shape [time, column]."""
@@ -262,6 +268,12 @@ class Trajectory:
     def signal(self, name: str, label: str) -> Floats:
         """Return one signal, shape [time], SI units; `KeyError` where it was not kept."""
         return self.samples.some([self._place(name, label)])[:, 0]
+
+    def compute(self, wanted: Collection[tuple[str, str]]) -> None:
+        """Compute signals, (signal, element), by one replay instead of one each; those that were not kept are left out."""
+        self.samples.keep(
+            [at for at, column in enumerate(self.columns) if (column.signal, column.label) in wanted]
+        )
 
     def _place(self, name: str, label: str) -> int:
         for i, column in enumerate(self.columns):
