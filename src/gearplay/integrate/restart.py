@@ -30,6 +30,7 @@ from gearplay.integrate.trial_step import watch
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.free_motion import first_axis
 from gearplay.kernels.layout import (
     DRIVE_SPEED,
     KNOWN,
@@ -167,7 +168,7 @@ def restart(system: System, run: Run) -> int:
     while True:
         rebuild(system, run.active_set, t, run.y, run.branch)
         for i in range(system.rotors.size):
-            if run.active_set.body_states[i] == KNOWN:
+            if run.active_set.body_states[i] == KNOWN or first_axis(system, i, run.y) > 0:
                 copy_rotor(system, i, run.y, run.y_new)
                 copy_rotor(system, i, run.y, run.y_try)
         if evaluate(system, run, t) != 0:

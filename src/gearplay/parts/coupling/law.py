@@ -192,17 +192,20 @@ def apply_forces(
     system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
 ) -> int:
     """Add coupling n's torque to the sums on its rotors, its rows of the contact table filled; return 0."""
-    contact_kinematics(system, n, t, y, branch, loads)
-    coupling = system.records[KIND][n]
-    phi, rate = twist(system, n, t, y)
+    coupling, phi, rate = system.records[KIND][n], 0.0, 0.0
+    if coupling.contacts > 0:
+        contact_kinematics(system, n, t, y, branch, loads)
+    else:
+        phi, rate = twist(system, n, t, y)
     torque = _torque(system, n, phi, rate, branch, loads)
     loads.rotors[coupling.a, 2] -= torque
     loads.rotors[coupling.b, 2] += coupling.ratio * torque
-    f_x, f_y = lateral_force(system, n, y)
-    loads.rotors[coupling.a, 0] += f_x
-    loads.rotors[coupling.a, 1] += f_y
-    loads.rotors[coupling.b, 0] -= f_x
-    loads.rotors[coupling.b, 1] -= f_y
+    if coupling.lateral_stiffness > 0.0 or coupling.lateral_damping > 0.0:
+        f_x, f_y = lateral_force(system, n, y)
+        loads.rotors[coupling.a, 0] += f_x
+        loads.rotors[coupling.a, 1] += f_y
+        loads.rotors[coupling.b, 0] -= f_x
+        loads.rotors[coupling.b, 1] -= f_y
     return 0
 
 
