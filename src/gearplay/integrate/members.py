@@ -138,7 +138,15 @@ def in_one_block(run: Run) -> tuple[Run, Ints, tuple[int, int]]:
     """
     arrays: dict[int, tuple[int, NDArray[Any]]] = {}
     for name, array in _arrays(run):
-        part = 0 if name in WHILE_IMPLICIT else 3 if name in WITHIN_STEP | COMMON else 2 if name == FIRST_ROW else 1
+        part = (
+            0
+            if name in WHILE_IMPLICIT
+            else 3
+            if name in WITHIN_STEP | COMMON
+            else 2
+            if name == FIRST_ROW
+            else 1
+        )
         arrays.setdefault(id(array), (part, array))  # loads share some
     words = np.empty(sum(array.nbytes for _, array in arrays.values()) // 8, dtype=np.int64)
     views, at, ends = {}, 0, [0, 0, 0, 0]

@@ -57,12 +57,9 @@ def is_quiet(system: System, run: Run) -> bool:
     if numbers[IN_USE] == 1:
         return True
     waits = numbers[QUIET] < numbers[BACKOFF] or run.implicit.sizes[H_EXPLICIT] == 0.0
-    if waits:
-        return False
     for c in range(1, active_set.acting[0] + 1):
-        if system.elements[active_set.acting[c]].states > 0:
-            return False
-    return True
+        waits = waits or system.elements[active_set.acting[c]].states > 0
+    return not waits
 
 
 @compiled_inline

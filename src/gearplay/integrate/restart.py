@@ -42,6 +42,7 @@ from gearplay.kernels.layout import (
     members,
     omega_of,
     ramp_of,
+    theta_of,
     vx_of,
     x_of,
 )
@@ -161,6 +162,8 @@ def restart(system: System, run: Run) -> int:
             modes[ramp] = 0
             if system.rotors[i].drive == DRIVE_SPEED:
                 run.y[omega_of(system, i)] = 0.0  # exactly at its prescribed speed from here on
+                for row in range(run.stages.shape[0]):
+                    run.stages[row, theta_of(i)] = run.stages[row, omega_of(system, i)] = 0.0
     if run.implicit.numbers[IN_USE] == 1:
         if evaluate(system, run, t) != 0:
             return CANNOT_MESH

@@ -142,7 +142,7 @@ def make_run(
     """Allocate a run at t = 0 from initial state ``y_0``; ``natural`` are the states' natural sizes.
 
     ``rows``, shape [column, sample], receives the samples of the signals ``columns``. With ``fixed_step`` [s] all steps have
-    that length, and ``by_stage`` updates contact states at every stage (`fixed_steps`). Without ``statistics`` contacts have none.
+    that length, and ``by_stage`` updates contact states at every stage (`fixed_steps`). Contacts have ``statistics`` or not.
     """
     columns = np.array(columns, dtype=np.int64)
     rotors, elements, forces = _wanted(system, columns)

@@ -57,6 +57,7 @@ def load_member(batch: StepBatch, m: int) -> None:
         copy_words(batch.states[m], words[first:])
         if batch.run.implicit.numbers[IN_USE] == 1:
             copy_words(batch.implicit[m], words)
+        batch.run.stages[1:] = 0.0  # laws read those of rotors that are not integrated, too
     for k in range(held.values.size):
         if held.values[k] != batch.values[m, k]:
             set_input(batch.system, held, k, batch.values[m, k])

@@ -134,7 +134,9 @@ class Stepper:
         # Of one member, whose step is to cost no more than a call: its inputs, the step's length and status as single numbers.
         self._values = memoryview(self._u[0])
         self._length, self._code = memoryview(self._dt), memoryview(self._table.status)
-        self._advance = self._table.shares[0].take if self.batch == 1 else partial(self._table.take, self._pool)
+        self._advance = (
+            self._table.shares[0].take if self.batch == 1 else partial(self._table.take, self._pool)
+        )
 
     def reset(self, seed: int | None = None, states: Any = None) -> Floats:
         """Restart at t = 0 with the inputs of the case; return the outputs, shape [output] or [member, output].
