@@ -132,8 +132,9 @@ class Stepper:
         self._y: Floats = self._all[0] if self.batch == 1 else self._all
         self._shapes = (self._u.shape[1:], self._u.shape)
         # Of one member, whose step is to cost no more than a call: its inputs, the step's length and status as single numbers.
-        self._values = memoryview(self._u[0])
-        self._length, self._code = memoryview(self._dt), memoryview(self._table.status)
+        numbers: tuple[Any, ...] = (self._u[0], self._dt, self._table.status)
+        views: list[Any] = [memoryview(each) for each in numbers]
+        self._values, self._length, self._code = views
         self._advance = (
             self._table.shares[0].take if self.batch == 1 else partial(self._table.take, self._pool)
         )
@@ -263,8 +264,14 @@ class Stepper:
     def snapshot(self) -> Snapshot:
         """Return all that the next step depends on, to `restore` it."""
         table = self._table
-        arrays = (table.states, table.implicit, table.values, table.status, self._y)
-        return Snapshot(*[each.copy() for each in arrays], id(self._packed))
+        return Snapshot(
+            states=table.states.copy(),
+            implicit=table.implicit.copy(),
+            values=table.values.copy(),
+            status=table.status.copy(),
+            outputs=self._y.copy(),
+            owner=id(self._packed),
+        )
 
     def restore(self, snapshot: Snapshot) -> Floats:
         """Go back to a snapshot of this stepper; return the outputs there.
