@@ -1,4 +1,4 @@
-"""`gp.Stepper` at 1 kHz from a Python loop over one run, and a batch of members: ``python -m bench.stepping [rounds]``."""
+"""`gp.Stepper` at 1 kHz, step by step and as a rollout, over one run, and a batch: ``python -m bench.stepping [rounds]``."""
 
 import sys
 import time
@@ -37,12 +37,13 @@ TWO_INERTIAS = {
 
 
 def compare(name, rounds):
-    """Return CPU times [s] of runs and of stepped runs, in turn."""
+    """Return CPU times [s] of runs, of stepped runs and of rollouts, in turn."""
     case = gp.load_case(name)
     last = list(case.rotors)[-1]
     stepper = gp.Stepper(case, inputs=LOOPS[name], outputs=[f"{last}.omega", f"{last}.theta"])
     start, packed, times = stepper.state, pack(case), []
     values = np.array([each.start for each in stepper._inputs]) if LOOPS[name] else None
+    plan = np.tile([each.start for each in stepper._inputs], (round(SPAN / DT), 1))
     for _ in range(rounds):
         course = Course(case, packed, start)
         stepper.reset(states=start)
@@ -52,7 +53,11 @@ def compare(name, rounds):
         for _ in range(round(SPAN / DT)):
             stepper.step(DT, values)
         marks.append(time.process_time())
-        times.append(np.diff(marks))
+        stepper.reset(states=start)
+        marks.append(time.process_time())
+        stepper.rollout(DT, plan)
+        marks.append(time.process_time())
+        times.append(np.diff(marks)[[0, 1, 3]])
     return np.array(times)
 
 
@@ -76,10 +81,10 @@ def main():
     """Print the tables."""
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 15
     for name in LOOPS:
-        run, stepped = compare(name, rounds).T
+        run, stepped, rolled = compare(name, rounds).T
         print(
             f"{name}: {run.min() / SPAN * 1e3:.1f} ms per simulated s, stepped over that {stepped.min() / run.min():.2f} "
-            f"(least times), {np.median(stepped / run):.2f} (median)"
+            f"(least times), {np.median(stepped / run):.2f} (median), a rollout {rolled.min() / run.min():.2f}"
         )
     wall, cpu = batch(max(1, rounds // 5)).min(axis=0)
     print(f"{MEMBERS} members, {SPAN} s at {DT} s: {wall:.2f} s, CPU time {cpu:.2f} s")

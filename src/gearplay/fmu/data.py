@@ -62,6 +62,7 @@ def make_data(
         settings.tolerance,
         settings.fixed_step,
         by_stage=settings.fixed_step_contacts == "stage",
+        statistics=False,
     )
     held = hold(system, inputs)
     image = Image(system, run, held)

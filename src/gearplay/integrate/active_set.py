@@ -13,7 +13,14 @@ from gearplay.kernels.arrays import Floats, Ints
 from gearplay.kernels.by_address import Group
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.free_motion import NEVER, closed_form_span, is_known, must_be_integrated, propagate
+from gearplay.kernels.free_motion import (
+    NEVER,
+    closed_form_span,
+    first_axis,
+    is_known,
+    must_be_integrated,
+    propagate,
+)
 from gearplay.kernels.joined import find_rates, propagate_joined
 from gearplay.kernels.layout import (
     ACTING,
@@ -46,7 +53,7 @@ class ActiveSet(Group):
     integrated_groups: Ints  # per group of joined rotors: 1 where it is integrated
     due: Floats  # [s], per element, then per rotor: nothing happens to it before
     active: Ints  # rotors
-    states: Ints  # their places in y, and those of acting elements
+    states: Ints  # their places in y but for centres that stay at rest, and those of acting elements
     acting: Ints  # elements
     watched: Ints  # elements
     near: Ints  # free rotors beside a watched element
@@ -254,21 +261,22 @@ def rebuild(system: System, active_set: ActiveSet, t: float, y: Floats, branch: 
             active_set.due[e] = t
         if active_set.element_states[e] != DORMANT or system.elements[e].contacts == 0:
             active_set.due[e] = NEVER
-    fill_lists(system, active_set)
+    fill_lists(system, active_set, y)
 
 
 @compiled_once
-def fill_lists(system: System, active_set: ActiveSet) -> None:
-    """Fill the lists of indices from the states of bodies and elements."""
+def fill_lists(system: System, active_set: ActiveSet, y: Floats) -> None:
+    """Fill the lists of indices from the states of bodies and elements, at state y."""
     active_set.active[0] = active_set.states[0] = active_set.near[0] = active_set.acting[0] = 0
     active_set.watched[0] = active_set.switches[0] = active_set.hiding[0] = active_set.joining[0] = 0
     for i in range(system.rotors.size):
         if active_set.body_states[i] != ACTIVE:
             continue
         add(active_set.active, i)
-        for axis in range(3):
+        first = first_axis(system, i, y)
+        for axis in range(first, 3):
             add(active_set.states, x_of(i) + axis)
-        for axis in range(3):
+        for axis in range(first, 3):
             add(active_set.states, vx_of(system, i) + axis)
     for e in range(system.elements.size):
         element, state = system.elements[e], active_set.element_states[e]

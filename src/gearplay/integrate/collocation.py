@@ -32,6 +32,7 @@ from gearplay.integrate.run import CALLS, ERROR_SHARE, INSIDE, Run, T
 from gearplay.integrate.runge_kutta import STAGES as ROWS
 from gearplay.kernels.compiled import compiled
 from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.free_motion import first_axis
 from gearplay.kernels.layout import System, vx_of
 
 ERROR, ERROR_OF_FIVE = 8e-3, 2e-3
@@ -53,8 +54,8 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
     k, rest, stages, sizes, method = kept.k, kept.rest, run.stages, kept.sizes, kept.numbers[METHOD]
     count = STAGES[method]
     for c in range(1, active_set.active[0] + 1):
-        first = vx_of(system, active_set.active[c])
-        for s in range(first, first + 3):
+        i = active_set.active[c]
+        for s in range(vx_of(system, i) + first_axis(system, i, run.y), vx_of(system, i) + 3):
             error_weight[s] = (
                 h * max(1.0 / scale[s], h / scale[position_of(system, s)]) / run.clock[ERROR_SHARE]
             )
@@ -71,14 +72,14 @@ def solve(system: System, run: Run, t: float, h: float) -> int:
             if rates_of(system, active_set, at, run.y_new, run.branch, row, loads) != 0:
                 return 0
             for c in range(1, active_set.active[0] + 1):
-                first = vx_of(system, active_set.active[c])
-                for s in range(first, first + 3):
+                i = active_set.active[c]
+                for s in range(vx_of(system, i) + first_axis(system, i, run.y), vx_of(system, i) + 3):
                     rest[stage, s] = row[s] - k[stage, s]
         correct(kept)
         size = 0.0
         for c in range(1, active_set.active[0] + 1):
-            first = vx_of(system, active_set.active[c])
-            for s in range(first, first + 3):
+            i = active_set.active[c]
+            for s in range(vx_of(system, i) + first_axis(system, i, run.y), vx_of(system, i) + 3):
                 for stage in range(count):
                     k[stage, s] += rest[stage, s]
                     change = error_weight[s] * abs(rest[stage, s])

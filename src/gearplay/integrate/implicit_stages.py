@@ -21,6 +21,7 @@ from gearplay.integrate.run import Run
 from gearplay.kernels.arrays import Floats, Rows
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.free_motion import first_axis
 from gearplay.kernels.layout import System, vx_of, x_of
 
 
@@ -69,8 +70,8 @@ def predict(system: System, run: Run, h: float, onward: bool) -> None:
         weigh(kept, h)
     longer = STAGES[kept.numbers[LAST_METHOD]] == 5
     for c in range(1, active[0] + 1):
-        first = vx_of(system, active[c])
-        for s in range(first, first + 3):
+        i = active[c]
+        for s in range(vx_of(system, i) + first_axis(system, i, run.y), vx_of(system, i) + 3):
             for stage in range(stages):
                 if traced:
                     total = (
@@ -103,7 +104,7 @@ def place_stage(system: System, run: Run, stage: int, h: float) -> None:
     stages, a, aa, along = STAGES[method], A[method, stage], AA[method, stage], C[method, stage]
     for c in range(1, active_set.active[0] + 1):
         i = active_set.active[c]
-        for axis in range(3):
+        for axis in range(first_axis(system, i, y), 3):
             q, s = x_of(i) + axis, vx_of(system, i) + axis
             k[stage, q] = y[s] + h * combine(a, k, s, stages)
             run.y_new[s] = k[stage, q]

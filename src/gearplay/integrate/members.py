@@ -79,9 +79,11 @@ WITHIN_STEP = {
         "slopes.unbalances",
         "slopes.force",
     ),
-    *("dy_try", "g_1", "g_try", "row", "times"),
+    *("modes_0", "dy_try", "g_1", "g_try", "row", "times"),
 }
 """Arrays that a step writes before it reads them."""
+FIRST_ROW = "stages"
+"""Array that a step writes but for its first row."""
 COMMON = {"change", "scale", "natural", "stops"}
 """Arrays that are the same between the steps of all members."""
 
@@ -136,16 +138,24 @@ def in_one_block(run: Run) -> tuple[Run, Ints, tuple[int, int]]:
     """
     arrays: dict[int, tuple[int, NDArray[Any]]] = {}
     for name, array in _arrays(run):
-        part = 0 if name in WHILE_IMPLICIT else 2 if name in WITHIN_STEP | COMMON else 1
+        part = (
+            0
+            if name in WHILE_IMPLICIT
+            else 3
+            if name in WITHIN_STEP | COMMON
+            else 2
+            if name == FIRST_ROW
+            else 1
+        )
         arrays.setdefault(id(array), (part, array))  # loads share some
     words = np.empty(sum(array.nbytes for _, array in arrays.values()) // 8, dtype=np.int64)
-    views, at, ends = {}, 0, [0, 0, 0]
+    views, at, ends = {}, 0, [0, 0, 0, 0]
     for key, (part, array) in sorted(arrays.items(), key=lambda item: item[1][0]):
         view = words[at : at + array.nbytes // 8].view(array.dtype).reshape(array.shape)
         view[...] = array
         views[key], at = view, at + array.nbytes // 8
-        ends[part:] = [at] * (3 - part)
-    return _moved(run, views), words, (ends[0], ends[1])
+        ends[part:] = [at] * (4 - part)
+    return _moved(run, views), words, (ends[0], ends[1] + run.y.size)
 
 
 def _arrays(group: Any, within: str = "") -> Iterator[tuple[str, NDArray[Any]]]:

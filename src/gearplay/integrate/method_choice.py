@@ -57,7 +57,9 @@ def is_quiet(system: System, run: Run) -> bool:
     if numbers[IN_USE] == 1:
         return True
     waits = numbers[QUIET] < numbers[BACKOFF] or run.implicit.sizes[H_EXPLICIT] == 0.0
-    return bool(not waits and active_set.states[0] == 6 * active_set.active[0])
+    for c in range(1, active_set.acting[0] + 1):
+        waits = waits or system.elements[active_set.acting[c]].states > 0
+    return not waits
 
 
 @compiled_inline

@@ -5,7 +5,7 @@ import math
 from gearplay.integrate import dispatch
 from gearplay.integrate.active_set import states_of
 from gearplay.integrate.restart import change_mode
-from gearplay.integrate.run import CALLS, CANNOT_MESH, CHATTER, DONE, NOT_FINITE, T_END, Run
+from gearplay.integrate.run import AHEAD, CALLS, CANNOT_MESH, CHATTER, DONE, NOT_FINITE, T_END, Run
 from gearplay.kernels.advancement import FAILS, TOUCHES
 from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
@@ -59,7 +59,7 @@ def next_touch(system: System, run: Run, limit: float) -> tuple[int, float, int]
         if system.joined.chains.size > 0:
             bound_accelerations(system, run, first, t)
         # Far enough ahead to be of use whatever comes next, near enough to end with the run.
-        longest = run.clock[T_END] - t + 1e-9
+        longest = run.clock[T_END] - t + run.clock[AHEAD]
         doing, span = dispatch.stay_open(system, first, t, run.y_try, run.branch, longest, run.loads.out)
         if doing == FAILS:
             return first, t, CANNOT_MESH

@@ -30,6 +30,7 @@ from gearplay.integrate.trial_step import watch
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.free_motion import first_axis
 from gearplay.kernels.layout import (
     DRIVE_SPEED,
     KNOWN,
@@ -41,6 +42,7 @@ from gearplay.kernels.layout import (
     members,
     omega_of,
     ramp_of,
+    theta_of,
     vx_of,
     x_of,
 )
@@ -160,6 +162,8 @@ def restart(system: System, run: Run) -> int:
             modes[ramp] = 0
             if system.rotors[i].drive == DRIVE_SPEED:
                 run.y[omega_of(system, i)] = 0.0  # exactly at its prescribed speed from here on
+                for row in range(run.stages.shape[0]):
+                    run.stages[row, theta_of(i)] = run.stages[row, omega_of(system, i)] = 0.0
     if run.implicit.numbers[IN_USE] == 1:
         if evaluate(system, run, t) != 0:
             return CANNOT_MESH
@@ -167,7 +171,7 @@ def restart(system: System, run: Run) -> int:
     while True:
         rebuild(system, run.active_set, t, run.y, run.branch)
         for i in range(system.rotors.size):
-            if run.active_set.body_states[i] == KNOWN:
+            if run.active_set.body_states[i] == KNOWN or first_axis(system, i, run.y) > 0:
                 copy_rotor(system, i, run.y, run.y_new)
                 copy_rotor(system, i, run.y, run.y_try)
         if evaluate(system, run, t) != 0:

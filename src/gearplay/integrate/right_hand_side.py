@@ -81,5 +81,5 @@ def right_hand_side(
 def rates_of(
     system: System, active_set: ActiveSet, t: float, y: Floats, branch: Branch, dy: Floats, loads: Loads
 ) -> int:
-    """Evaluate `right_hand_side` as a function of the library, for rare callers."""
+    """Evaluate `right_hand_side` as a function of the library: a copy of its code for each caller would not fit in the cache."""
     return right_hand_side(system, active_set, t, y, branch, dy, loads)

@@ -26,6 +26,7 @@ T, H, T_END, SAMPLE_START, SAMPLE_INTERVAL, BURST_START, FIXED, TOLERANCE, ERROR
 # Lengths of the first step after a switch: the shortest, and what has been learnt.
 H_RESTART, H_BEGIN = range(9, 11)
 INSIDE = 11  # where in the step [1] the loads inside it belong; 0 where there are none
+AHEAD = 12  # s beyond T_END up to which touches of free bodies are predicted
 STEPS, REJECTED, EVENTS, CALLS, NEXT_SAMPLE, LAST_SAMPLE, ROWS, LOGGED, BURST, FORCES, BEGUN = range(11)
 
 # Columns of Run.tallies, one row per contact, and of Run.log.
@@ -63,7 +64,7 @@ class Run(Group):
     scale: Floats  # allowed local error per state
     natural: Floats  # natural size per state
     stops: Floats  # [s], sorted times where the right-hand side jumps
-    tallies: Rows
+    tallies: Rows  # [contact, TALLIES], without rows where there are no statistics
     columns: Ints  # which signals to keep
     wanted_rotors: Ints  # lists (first entry: length) of what those signals are computed from
     wanted_elements: Ints
@@ -136,18 +137,19 @@ def make_run(
     tolerance: float,
     fixed_step: float | None = None,
     by_stage: bool = False,
+    statistics: bool = True,
 ) -> Run:
     """Allocate a run at t = 0 from initial state ``y_0``; ``natural`` are the states' natural sizes.
 
     ``rows``, shape [column, sample], receives the samples of the signals ``columns``. With ``fixed_step`` [s] all steps have
-    that length, and ``by_stage`` updates contact states at every stage (`fixed_steps`).
+    that length, and ``by_stage`` updates contact states at every stage (`fixed_steps`). Contacts have ``statistics`` or not.
     """
     columns = np.array(columns, dtype=np.int64)
     rotors, elements, forces = _wanted(system, columns)
     n = y_0.size
-    clock = np.zeros(12)
+    clock = np.zeros(13)
     clock[H_RESTART] = clock[H_BEGIN] = restart_step
-    clock[SAMPLE_INTERVAL] = np.inf
+    clock[SAMPLE_INTERVAL], clock[AHEAD] = np.inf, 1e-9
     clock[TOLERANCE], clock[ERROR_SHARE] = tolerance, 1.0
     counts = np.zeros(11, dtype=np.int64)
     counts[LAST_SAMPLE] = -1
@@ -181,7 +183,7 @@ def make_run(
         scale=tolerance * natural,
         natural=np.array(natural, dtype=np.float64),
         stops=np.array(stops, dtype=np.float64),
-        tallies=np.zeros((system.contacts.size, TALLIES)),
+        tallies=np.zeros((system.contacts.size if statistics else 0, TALLIES)),
         columns=columns,
         wanted_rotors=rotors,
         wanted_elements=elements,

@@ -7,7 +7,7 @@ E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 
 import numpy as np
 
 from gearplay.integrate.active_set import ActiveSet
-from gearplay.integrate.right_hand_side import right_hand_side
+from gearplay.integrate.right_hand_side import rates_of
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.layout import Branch, Loads, System
@@ -103,7 +103,7 @@ def step(
         stage_state(stage, active_set, h, y, stages, y_new)
         at = t + NODES[stage] * h
         seen = inside if stage == KEPT else loads
-        if right_hand_side(system, active_set, at, y_new, branch, stages[stage], seen) != 0:
+        if rates_of(system, active_set, at, y_new, branch, stages[stage], seen) != 0:
             return 1
     return 0
 

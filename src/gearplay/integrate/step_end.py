@@ -54,7 +54,8 @@ def accept(system: System, run: Run, h: float, t: float, first: int) -> int:
         return MISSED_SWITCH
     if sample_is_due(run, t):
         record_samples(system, run, h, t)
-    tally_step(system, run, h)
+    if run.tallies.shape[0] > 0:
+        tally_step(system, run, h)
     run.counts[STEPS] += 1
     run.clock[T] = t
     if first >= 0:

@@ -14,6 +14,7 @@ from gearplay.integrate.implicit import GROWTH, H_EXPLICIT, IN_USE, TRACED
 from gearplay.integrate.method_choice import GROWS, SHRINKS
 from gearplay.integrate.restart import evaluate, restart
 from gearplay.integrate.run import (
+    AHEAD,
     BEGUN,
     BURST,
     BURST_START,
@@ -47,6 +48,8 @@ DRIVE_INPUT, LOAD_INPUT, SPEED_INPUT, ANGLE_INPUT = range(4)
 UNCHANGED, JUMPS, RESTARTS = range(3)
 MOST_PARTS = 100.0
 """Implicit steps up to a communication point that are made equally long."""
+FORESIGHT = 0.1
+"""Time [s] beyond a communication point up to which touches of free bodies are predicted: few points need a new prediction."""
 # Slots of Held.clock: end of the present step [s].
 UNTIL = 0
 
@@ -198,7 +201,7 @@ def advance_to(system: System, run: Run, t_end: float, steps: int) -> int:
     """Advance to a communication point t_end [s] by at most ``steps`` steps; return a status, PAUSED before it is reached."""
     clock, counts, implicit = run.clock, run.counts, run.implicit.numbers
     end = max(t_end, clock[T])
-    clock[T_END] = end
+    clock[T_END], clock[AHEAD] = end, FORESIGHT
     if counts[BEGUN] == 0:
         status = advance(system, run, 0)
         if status != PAUSED:

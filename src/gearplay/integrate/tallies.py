@@ -182,11 +182,11 @@ def find_peak(system: System, run: Run, e: int, k: int, column: int, h: float) -
 
 @compiled_inline
 def tally_change(run: Run, t: float, k: int, mode_before: int, rate: float) -> None:
-    """Log an onset or release of contact k at time t [s], at a rate of penetration [m/s], and count it."""
+    """Log an onset or release of contact k at time t [s], at a rate of penetration [m/s]; count it where there are statistics."""
     now = run.branch.modes[k]
     if (mode_before == OPEN) == (now == OPEN):
         return
-    if now == LOADED:
+    if now == LOADED and run.tallies.shape[0] > 0:
         tally = run.tallies[k]
         tally[ONSETS] += 1.0
         tally[SPEED_SUM] += rate

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearplay.integrate.active_set import ActiveSet, copy_list, make_active_set, state_of
+from gearplay.integrate.active_set import ActiveSet, add, copy_list, make_active_set, state_of
 from gearplay.integrate.right_hand_side import make_loads
 from gearplay.integrate.run import Run, T
 from gearplay.integrate.runge_kutta import STAGES
@@ -12,8 +12,9 @@ from gearplay.integrate.slopes import Slopes, make_slopes
 from gearplay.integrate.switches import make_branch
 from gearplay.kernels.arrays import Cubes, Floats, Rows
 from gearplay.kernels.by_address import Group
+from gearplay.kernels.compiled import compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
-from gearplay.kernels.layout import Branch, Loads, System
+from gearplay.kernels.layout import Branch, Loads, System, vx_of, x_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +66,21 @@ def read_state(system: System, run: Run, y: Floats) -> None:
         state_of(system, run.active_set, i, run.clock[T], run.y, y)
 
 
+@compiled_inline
+def list_states(system: System, active_set: ActiveSet) -> None:
+    """List the states of active rotors, centres at rest included, whose changes move on, and of acting elements."""
+    active_set.states[0] = 0
+    for c in range(1, active_set.active[0] + 1):
+        for axis in range(3):
+            add(active_set.states, x_of(active_set.active[c]) + axis)
+        for axis in range(3):
+            add(active_set.states, vx_of(system, active_set.active[c]) + axis)
+    for c in range(1, active_set.acting[0] + 1):
+        element = system.elements[active_set.acting[c]]
+        for slot in range(element.state, element.state + element.states):
+            add(active_set.states, slot)
+
+
 @compiled_once
 def remember(system: System, run: Run, tangent: Tangent) -> None:
     """Store the state at the start of a step."""
@@ -73,8 +89,8 @@ def remember(system: System, run: Run, tangent: Tangent) -> None:
     for i in range(system.rotors.size):
         before.body_states[i] = now.body_states[i]
     copy_list(now.active, before.active)
-    copy_list(now.states, before.states)
     copy_list(now.acting, before.acting)
+    list_states(system, before)
     for m in range(branch.modes.size):
         branch.modes[m] = run.branch.modes[m]
     for k in range(branch.impact_speeds.size):

@@ -10,6 +10,7 @@ from gearplay.integrate.switches import switch_value
 from gearplay.kernels.arrays import Floats
 from gearplay.kernels.compiled import compiled, compiled_inline
 from gearplay.kernels.compiled_once import compiled_once
+from gearplay.kernels.free_motion import first_axis
 from gearplay.kernels.layout import ACTIVE, FREE, Loads, System, members, vx_of, x_of
 
 
@@ -63,7 +64,7 @@ def interpolate_rotor(system: System, run: Run, i: int, h: float, x: float) -> N
     if run.active_set.body_states[i] == FREE:
         propagate_body(system, run.active_set, i, run.clock[T] + x * h, run.y_try)
     elif run.active_set.body_states[i] == ACTIVE:
-        for axis in range(3):
+        for axis in range(first_axis(system, i, run.y), 3):
             place, speed = x_of(i) + axis, vx_of(system, i) + axis
             run.y_try[place] = state_inside(run, place, h, x)
             run.y_try[speed] = state_inside(run, speed, h, x)
@@ -88,6 +89,10 @@ def interpolate_element(system: System, run: Run, e: int, h: float, x: float) ->
 @compiled
 def interpolate(run: Run, h: float, x: float) -> None:
     """Fill the active states of y_try with those at t + x h on the interpolant of the step last tried."""
+    if x == 0.0:
+        for c in range(1, run.active_set.states[0] + 1):
+            run.y_try[run.active_set.states[c]] = run.y[run.active_set.states[c]]
+        return
     if run.implicit.numbers[COLLOCATED] > 0:
         weigh_inside(run.implicit, x)
     for c in range(1, run.active_set.states[0] + 1):

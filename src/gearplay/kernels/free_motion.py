@@ -107,6 +107,13 @@ def is_known(system: System, i: int, y: Floats, ramping: int) -> bool:
 
 
 @compiled_inline
+def first_axis(system: System, i: int, y: Floats) -> int:
+    """Return the first of rotor i's coordinates x, y, theta that can move: theta where its centre is held and at rest."""
+    still = y[vx_of(system, i)] == 0.0 and y[vy_of(system, i)] == 0.0
+    return 2 if system.rotors[i].inv_mass == 0.0 and still else 0
+
+
+@compiled_inline
 def closed_form_span(system: System, i: int, t: float, y: Floats) -> float:
     """Return how long [s] rotor i's closed form is used from t [s] on: up to the band of dry friction, or a new start."""
     span = friction_span(system, i, y)

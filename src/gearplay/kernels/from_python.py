@@ -105,10 +105,10 @@ class FromPython:
             parameter.append(words, value)
 
         function, result, fault = self.function, self.result(), ctypes.c_void_p()
-        words[:0] = (ctypes.addressof(result), ctypes.addressof(fault))
+        passed = (ctypes.addressof(result), ctypes.addressof(fault), *words)
 
         def call() -> Any:
-            if function(*words) != 0:
+            if function(*passed) != 0:
                 raise IndexError(f"{self.name}: beyond the bounds of an array")
             return result.at_0 if self.one else tuple([getattr(result, place) for place in self.places])
 

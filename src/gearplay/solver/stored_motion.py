@@ -200,5 +200,5 @@ def _set_up(arrays: dict[str, NDArray[Any]], blank: dict[str, NDArray[Any]], cou
     for slot in (*SETTINGS, *ASKED):
         clock[slot] = blank["clock"][slot]
     if arrays["counts"][kernel.BEGUN] == 1:
-        fill_lists(course.system, course.run.active_set)
+        fill_lists(course.system, course.run.active_set, course.run.y)
         find_unknowns(course.system, course.run.active_set, course.run.implicit)

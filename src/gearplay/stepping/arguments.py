@@ -39,13 +39,22 @@ def check_count(name: str, given: Any, most: int, low: int = 1) -> None:
 
 FEW: Final = 16
 """Values that Python's own sum is faster for than an array of flags."""
+_DOUBLE: Final = np.dtype(np.float64)
 
 
-def all_finite(values: NDArray[np.float64]) -> bool:
-    """Return whether all values are finite."""
-    if values.size <= FEW and math.isfinite(sum(values.ravel().tolist())):
-        return True
-    return bool(np.isfinite(values).all())
+def plain_numbers(given: Any, count: int) -> list[float] | None:
+    """Return a few finite numbers that need no conversion, a list of floats or an array of shape [count]; None for all else."""
+    if count > FEW:
+        return None
+    if type(given) is np.ndarray:
+        if given.dtype is not _DOUBLE or given.shape != (count,):
+            return None
+        values = given.tolist()
+    elif type(given) is list and len(given) == count and all(type(value) is float for value in given):
+        values = given
+    else:
+        return None
+    return values if math.isfinite(sum(values)) else None
 
 
 def checked_inputs(u: Any, shapes: Sequence[tuple[int, ...]]) -> NDArray[np.float64]:
@@ -57,6 +66,6 @@ def checked_inputs(u: Any, shapes: Sequence[tuple[int, ...]]) -> NDArray[np.floa
     if given.shape not in shapes:
         wanted = " or ".join(str(list(shape)) for shape in shapes)
         raise InputError.of("u", f"shape {list(given.shape)}", f"must have shape {wanted}", "Reshape it")
-    if not all_finite(given):
+    if not np.isfinite(given).all():
         raise InputError.of("u", float("nan"), "must be finite numbers", "Check the controller")
     return given

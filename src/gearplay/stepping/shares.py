@@ -4,7 +4,6 @@ import threading
 import time
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearplay.integrate import run as kernel
 from gearplay.integrate.members import in_one_block
-from gearplay.integrate.step_members import UNLOADED, StepBatch, step_members
+from gearplay.integrate.step_members import MOST, UNLOADED, StepBatch, step_members
 from gearplay.integrate.stepping import set_input
 from gearplay.kernels.compiled_once import bound
 from gearplay.model.case import Case
@@ -48,16 +47,17 @@ class Share:
             settings.tolerance,
             settings.fixed_step,
             by_stage=settings.fixed_step_contacts == "stage",
+            statistics=False,
         )
         self.run, self.words, (self.quiet, self.size) = in_one_block(made)
-        self.fresh, self.batch = self.words.copy(), StepBatch(*_nothing(self.words))
-        self.steps = FIRST
+        self.fresh = self.words.copy()
 
     def begin(self, first: int, last: int, arrays: dict[str, Any]) -> None:
         """Take over a share of the members, ``first`` to ``last`` - 1, and the arrays of all."""
-        self._place = (first, last, first, 0, UNLOADED, self.quiet)
-        self.batch = StepBatch(place=np.array(self._place, dtype=np.int64), words=self.words, **arrays)
-        self._first_call = bound(step_members, self.system, self.run, self.held, self.batch, FIRST)
+        self._place = (first, last, first, 0, UNLOADED, self.quiet, FIRST)
+        own = (self.system, self.run, self.held, np.array(self._place, dtype=np.int64), self.words)
+        self.batch = StepBatch(*own, **arrays)
+        self._call = bound(step_members, self.batch)
 
     def load(self) -> None:
         """Write the inputs of the only member into the records."""
@@ -67,29 +67,32 @@ class Share:
     def take(self, stop: threading.Event | None = None) -> None:
         """Take the steps of all members of the share; leave them where they are once ``stop`` is set."""
         try:
-            if self._first_call() == kernel.DONE:
+            if self._call() == kernel.DONE:
                 return
-            while stop is None or not stop.is_set():
-                began = time.perf_counter()
-                if (
-                    bound(step_members, self.system, self.run, self.held, self.batch, self.steps)()
-                    == kernel.DONE
-                ):
-                    return
-                self.steps = next_steps(self.steps, time.perf_counter() - began)
+            self._resume(stop)
         except BaseException:
             self.batch.place[:] = self._place
             raise
         self.batch.place[:] = self._place
 
+    def _resume(self, stop: threading.Event | None) -> None:
+        """Take the rest of steps that take longer than one call, in calls of some milliseconds."""
+        steps = FIRST
+        while stop is None or not stop.is_set():
+            began = time.perf_counter()
+            if self._call() == kernel.DONE:
+                return
+            self.batch.place[MOST] = steps = next_steps(steps, time.perf_counter() - began)
+
 
 class Table:
-    """All members: their blocks and inputs, shape [member, word] and [member, input], shared out among threads."""
+    """All members: their words and inputs, shape [member, word] and [member, input], shared out among threads."""
 
     def __init__(self, shares: Sequence[Share], batch: int, inputs: Sequence[Input]) -> None:
-        self.shares, words = shares, shares[0].words
+        self.shares, words, quiet, size = shares, shares[0].words, shares[0].quiet, shares[0].size
         # One member alone lives in its run.
-        self.states = words[None] if batch == 1 else np.empty((batch, shares[0].size), dtype=np.int64)
+        self.states = words[None, quiet:size] if batch == 1 else np.empty((batch, size - quiet), np.int64)
+        self.implicit = words[None, :quiet] if batch == 1 else np.empty((batch, quiet), np.int64)
         self.values = np.zeros((batch, len(inputs)))
         self.status = np.zeros(batch, dtype=np.int64)
         self._bounds = [batch * n // len(shares) for n in range(len(shares) + 1)]
@@ -101,6 +104,7 @@ class Table:
         self.outputs = np.zeros((steps, len(self.values), run.columns.size))
         arrays = {
             "states": self.states,
+            "implicit": self.implicit,
             "values": self.values,
             "inputs": inputs,
             "outputs": self.outputs,
@@ -113,18 +117,19 @@ class Table:
 
     def reset(self, starts: Floats, values: Floats) -> None:
         """Bring every member to a start at t = 0, shape [member, state], and its inputs to ``values``."""
-        self.states[:] = self.shares[0].fresh[: self.states.shape[1]]
+        share = self.shares[0]
+        self.states[:], self.implicit[:] = share.fresh[share.quiet : share.size], share.fresh[: share.quiet]
         for name in ("y", "y_new", "y_try"):
             self.column(name)[:] = starts
         self.values[:], self.status[:] = values, 0
         if len(self.values) == 1:
-            self.shares[0].load()
+            share.load()
 
     def column(self, name: str, slot: int | None = None) -> Floats:
         """Return an array of the runs of all members, shape [member, ...]: a view."""
         share = self.shares[0]
         array = getattr(share.run, name)
-        at = (array.ctypes.data - share.words.ctypes.data) // 8
+        at = (array.ctypes.data - share.words.ctypes.data) // 8 - share.quiet
         wanted = (
             self.states[:, at : at + array.size]
             if slot is None
@@ -145,16 +150,3 @@ class Table:
         except BaseException:
             stop.set()
             raise
-
-
-def _nothing(words: Ints) -> list[Any]:
-    """Return the fields of a batch without members."""
-    shapes: dict[str, Any] = {
-        "states": (0, words.size),
-        "values": (0, 0),
-        "inputs": (0, 0, 0),
-        "outputs": (0, 0, 0),
-    }
-    whole = ("place", "words", "states", "status")
-    names = [field.name for field in fields(StepBatch)]
-    return [np.zeros(shapes.get(name, 0), dtype=np.int64 if name in whole else np.float64) for name in names]

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from gearplay.model.variables import VARIABLES
 from gearplay.solver.integration import refuse_fixed_steps
 from gearplay.solver.observables import state_names
 from gearplay.solver.status import WORDS, Status
-from gearplay.stepping.arguments import check_count, check_names, checked_inputs, checked_time
+from gearplay.stepping.arguments import check_count, check_names, checked_inputs, checked_time, plain_numbers
 from gearplay.stepping.inputs import find_inputs, find_outputs
 from gearplay.stepping.shares import Share, Table
 from gearplay.vocabulary.cores import worker_count
@@ -35,6 +36,7 @@ class Snapshot:
     """Complete state of a stepper, returned by `Stepper.snapshot`."""
 
     states: NDArray[np.int64]
+    implicit: NDArray[np.int64]
     values: Floats
     status: NDArray[np.int64]
     outputs: Floats
@@ -129,6 +131,13 @@ class Stepper:
         self._u, self._all = inputs[0], self._table.outputs[0]
         self._y: Floats = self._all[0] if self.batch == 1 else self._all
         self._shapes = (self._u.shape[1:], self._u.shape)
+        # Of one member, whose step is to cost no more than a call: its inputs, the step's length and status as single numbers.
+        numbers: tuple[Any, ...] = (self._u[0], self._dt, self._table.status)
+        views: list[Any] = [memoryview(each) for each in numbers]
+        self._values, self._length, self._code = views
+        self._advance = (
+            self._table.shares[0].take if self.batch == 1 else partial(self._table.take, self._pool)
+        )
 
     def reset(self, seed: int | None = None, states: Any = None) -> Floats:
         """Restart at t = 0 with the inputs of the case; return the outputs, shape [output] or [member, output].
@@ -200,12 +209,16 @@ class Stepper:
         return self._take(checked_time(dt), out)
 
     def _set(self, u: Any) -> None:
-        self._u[:] = checked_inputs(u, self._shapes)
+        if self.batch == 1 and (values := plain_numbers(u, len(self._values))) is not None:
+            for k, value in enumerate(values):
+                self._values[k] = value
+        else:
+            self._u[:] = checked_inputs(u, self._shapes)
 
     def _take(self, dt: float, out: Floats | None = None) -> Floats:
-        self._dt[0] = dt
-        self._table.take(self._pool)
-        if self.batch == 1 and self._table.status[0] != kernel.DONE:
+        self._length[0] = dt
+        self._advance()
+        if self.batch == 1 and self._code[0] != kernel.DONE:
             raise SimulationError(f"step: {self.messages[0]} Stopped at t = {self.time:.9g} s.")
         if out is None:
             return self._y.copy()
@@ -254,7 +267,12 @@ class Stepper:
         """Return all that the next step depends on, to `restore` it."""
         table = self._table
         return Snapshot(
-            table.states.copy(), table.values.copy(), table.status.copy(), self._y.copy(), id(self._packed)
+            states=table.states.copy(),
+            implicit=table.implicit.copy(),
+            values=table.values.copy(),
+            status=table.status.copy(),
+            outputs=self._y.copy(),
+            owner=id(self._packed),
         )
 
     def restore(self, snapshot: Snapshot) -> Floats:
@@ -266,7 +284,8 @@ class Stepper:
             rule = "must be a snapshot of this stepper"
             raise InputError.of("snapshot", type(snapshot).__name__, rule, "Take it by stepper.snapshot()")
         table = self._table
-        table.states[:], table.values[:], table.status[:] = snapshot.states, snapshot.values, snapshot.status
+        table.states[:], table.implicit[:] = snapshot.states, snapshot.implicit
+        table.values[:], table.status[:] = snapshot.values, snapshot.status
         self._u[:], self._y[:] = snapshot.values, snapshot.outputs
         return self._y.copy()
 

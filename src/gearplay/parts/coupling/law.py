@@ -76,6 +76,9 @@ PER_CONTACT = 2  # switches: touch, pull
 ROUNDING = 2e-15
 """Depth at which a touch is found, over the angles that its twist is a difference of: damping makes a torque jump there."""
 
+STEADY = 0.1
+"""Least of the rates of change at the stages of a step, over the largest, that shows that a torque rises or falls all the way."""
+
 
 def joined_centres(records: Any) -> list[tuple[int, int]]:
     """Return the pairs of rotors between whose centres a force acts."""
@@ -192,17 +195,20 @@ def apply_forces(
     system: System, n: int, t: float, y: Floats, branch: Branch, loads: Loads, dy: Floats
 ) -> int:
     """Add coupling n's torque to the sums on its rotors, its rows of the contact table filled; return 0."""
-    contact_kinematics(system, n, t, y, branch, loads)
-    coupling = system.records[KIND][n]
-    phi, rate = twist(system, n, t, y)
+    coupling, phi, rate = system.records[KIND][n], 0.0, 0.0
+    if coupling.contacts > 0:
+        contact_kinematics(system, n, t, y, branch, loads)
+    else:
+        phi, rate = twist(system, n, t, y)
     torque = _torque(system, n, phi, rate, branch, loads)
     loads.rotors[coupling.a, 2] -= torque
     loads.rotors[coupling.b, 2] += coupling.ratio * torque
-    f_x, f_y = lateral_force(system, n, y)
-    loads.rotors[coupling.a, 0] += f_x
-    loads.rotors[coupling.a, 1] += f_y
-    loads.rotors[coupling.b, 0] -= f_x
-    loads.rotors[coupling.b, 1] -= f_y
+    if coupling.lateral_stiffness > 0.0 or coupling.lateral_damping > 0.0:
+        f_x, f_y = lateral_force(system, n, y)
+        loads.rotors[coupling.a, 0] += f_x
+        loads.rotors[coupling.a, 1] += f_y
+        loads.rotors[coupling.b, 0] -= f_x
+        loads.rotors[coupling.b, 1] -= f_y
     return 0
 
 
@@ -240,24 +246,24 @@ def may_return(
 ) -> bool:  # fmt: skip
     """Return whether a pull or the stage's switch of coupling n, not positive at both ends of a step of h [s], may be in between.
 
-    A pull's torque changes by k dp/dt + c d2p/dt2, the twist by its rate; the derivatives in ``stages`` bound these.
+    A pull's torque changes by k dp/dt + c d2p/dt2, the twist by its rate; the derivatives in ``stages`` bound these. What rises,
+    or falls, at all of them does not return.
     """
     coupling = system.records[KIND][n]
-    k = coupling.contact + s // PER_CONTACT
+    k, a, b, ratio = coupling.contact + s // PER_CONTACT, coupling.a, coupling.b, coupling.ratio
     at, curvature = coupling.switch + s, 0.0
+    nominal = system.rotors[a].nominal_speed - ratio * system.rotors[b].nominal_speed
+    lowest, highest = math.inf, -math.inf
     for stage in range(stages.shape[0]):
-        alpha_a, alpha_b = (
-            stages[stage, omega_of(system, coupling.a)],
-            stages[stage, omega_of(system, coupling.b)],
-        )
-        curvature = max(curvature, abs(alpha_a - coupling.ratio * alpha_b))
+        rate = nominal + stages[stage, theta_of(a)] - ratio * stages[stage, theta_of(b)]
+        alpha = stages[stage, omega_of(system, a)] - ratio * stages[stage, omega_of(system, b)]
+        slope = coupling.stiffness * rate + coupling.damping * alpha
+        curvature, lowest, highest = max(curvature, abs(alpha)), min(lowest, slope), max(highest, slope)
     if coupling.stages > 0:  # the rate at most, by its mean over the step
-        nominal = (
-            system.rotors[coupling.a].nominal_speed - coupling.ratio * system.rotors[coupling.b].nominal_speed
-        )
-        relative = stages[0, theta_of(coupling.a)] - coupling.ratio * stages[0, theta_of(coupling.b)]
-        fastest = abs(nominal + relative)
+        fastest = abs(nominal + stages[0, theta_of(a)] - ratio * stages[0, theta_of(b)])
         return 0.5 * (g_0[at] + g_1[at] + h * (fastest + h * curvature)) > 0.0
+    if min(abs(lowest), abs(highest)) > STEADY * max(abs(lowest), abs(highest)) and lowest * highest > 0.0:
+        return False
     fastest = max(abs(loads_0.contacts[k, RATE]), abs(loads.contacts[k, RATE])) + 0.5 * h * curvature
     return 0.5 * (g_0[at] + g_1[at] + h * (coupling.stiffness * fastest + coupling.damping * curvature)) > 0.0
 
