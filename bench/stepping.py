@@ -1,4 +1,7 @@
-"""`gp.Stepper` at 1 kHz, step by step and as a rollout, over one run, and a batch: ``python -m bench.stepping [rounds]``."""
+"""`gp.Stepper` at 1 kHz, step by step and as a rollout, over one run, and a batch beside MuJoCo's.
+
+``python -m bench.stepping [rounds]``
+"""
 
 import sys
 import time
@@ -6,6 +9,7 @@ import time
 import numpy as np
 
 import gearplay as gp
+from bench.peers import mujoco_peer
 from gearplay.model.pack import pack
 from gearplay.solver.integration import Course
 
@@ -61,20 +65,35 @@ def compare(name, rounds):
     return np.array(times)
 
 
+THREADS = 2
+
+
 def batch(rounds):
-    """Return wall and CPU times [s] of a batch whose members each have torques that change from step to step."""
-    stepper = gp.Stepper(TWO_INERTIAS, inputs=["motor.drive.torque"], outputs=["load.theta"], batch=MEMBERS)
+    """Return wall and CPU times [s] by method of a batch, in turn; each member has torques that change from step to step."""
+    names = {"inputs": ["motor.drive.torque"], "outputs": ["load.theta"]}
+    stepper = gp.Stepper(TWO_INERTIAS, **names, batch=MEMBERS, threads=THREADS)
     steps = np.arange(round(SPAN / DT))
     torque = 0.5 * np.sin(0.35 * steps) + 0.15 * np.sign(np.sin(0.735 * steps + 0.4))
-    scales = np.random.default_rng(0).uniform(0.5, 1.0, (MEMBERS, 1))
-    times = []
+    control = np.random.default_rng(0).uniform(0.5, 1.0, (MEMBERS, 1)) * torque
+    methods = ["step by step", "rollout"]
+    if mujoco_peer.missing() is None:
+        methods += ["MuJoCo, step by step", "MuJoCo, all steps in one call"]
+    found = {method: [] for method in methods}
     for _ in range(rounds):
-        stepper.reset()
-        began, worked = time.perf_counter(), time.process_time()
-        for each in torque:
-            stepper.step(DT, each * scales)
-        times.append((time.perf_counter() - began, time.process_time() - worked))
-    return np.array(times)
+        for method, times in found.items():
+            if method.startswith("MuJoCo"):
+                at_once = method.endswith("one call")
+                times.append(mujoco_peer.rollout(TWO_INERTIAS, DT, control, THREADS, at_once=at_once))
+                continue
+            stepper.reset()
+            began, worked = time.perf_counter(), time.process_time()
+            if method == "rollout":
+                stepper.rollout(DT, np.ascontiguousarray(control.T[:, :, None]))
+            else:
+                for each in control.T:
+                    stepper.step(DT, each[:, None])
+            times.append((time.perf_counter() - began, time.process_time() - worked))
+    return {method: np.array(times) for method, times in found.items()}
 
 
 def main():
@@ -86,8 +105,12 @@ def main():
             f"{name}: {run.min() / SPAN * 1e3:.1f} ms per simulated s, stepped over that {stepped.min() / run.min():.2f} "
             f"(least times), {np.median(stepped / run):.2f} (median), a rollout {rolled.min() / run.min():.2f}"
         )
-    wall, cpu = batch(max(1, rounds // 5)).min(axis=0)
-    print(f"{MEMBERS} members, {SPAN} s at {DT} s: {wall:.2f} s, CPU time {cpu:.2f} s")
+    print(f"{MEMBERS} members, {SPAN} s at {DT} s, {THREADS} threads; wall and CPU time, least to largest:")
+    for method, times in batch(max(2, rounds // 5)).items():
+        (wall, cpu), (most_wall, most_cpu) = times.min(axis=0), times.max(axis=0)
+        print(f"  {method}: {wall:.2f} to {most_wall:.2f} s, {cpu:.2f} to {most_cpu:.2f} s")
+    if (cure := mujoco_peer.missing()) is not None:
+        print(f"  without MuJoCo: {cure}")
 
 
 if __name__ == "__main__":
