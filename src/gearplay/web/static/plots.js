@@ -1,6 +1,6 @@
 // The plots of a run: orbit, spectrum, backlash, forces and contacts; and the table of contacts.
 
-import { MODELS, axis, draw, layout, plain, scaled } from "./plotting.js";
+import { MODELS, axis, draw, layout, pause, plain, scaled } from "./plotting.js";
 import { style } from "./colors.js";
 
 const SIGNALS = {
@@ -21,28 +21,27 @@ function quietLast(result, curvesOf) {
 const averaged = (result) => result.average?.models ?? result.models;
 const rank = (model) => 1 + MODELS.indexOf(model); // in legends, whatever lies on top
 
-const pause = () => new Promise((resolve) => { setTimeout(resolve); });
 const inView = (name) => {
   const { top, bottom, height } = document.getElementById(name).getBoundingClientRect();
   return height > 0 && bottom > 0 && top < window.innerHeight;
 };
 
 /**
- * Draw a run, first the plots that are seen; return what draws the others, one by one, while `wanted()` says so.
+ * Draw a run while `wanted()` returns true, first the plots that are seen; return what draws the others, one by one.
  * `look` names the sleeve and the mesh that are looked at, and the spectrum (`spectrum`, `scale`).
  */
-export async function drawRun(result, look) {
+export async function drawRun(result, look, wanted) {
   const draws = { orbit: drawOrbit, spectrum: drawSpectrum, backlash: drawBacklash, forces: drawForces };
   const [near, far] = [Object.keys(draws).filter(inView), Object.keys(draws).filter((name) => !inView(name))];
-  for (const name of near) await draws[name](result, look);
-  return async (wanted) => {
+  for (const name of near) if (wanted()) await draws[name](result, look);
+  return async () => {
     for (const name of far) {
       await pause();
       if (!wanted()) return false;
       if (document.getElementById(name).offsetParent === null) continue; // on a tab that is not shown: drawn when it is
       await draws[name](result, look);
     }
-    return true;
+    return wanted();
   };
 }
 
