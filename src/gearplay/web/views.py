@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.model.pack import pack
+from gearplay.model.pack import Packed
 from gearplay.parts.mesh.train.geometry import (
     carrier_of,
     is_held,
@@ -33,12 +33,12 @@ HISTORIES = {
 }
 
 
-def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
-    """Return the runs of a case as the page draws them; arrays are SI.
+def views_of(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> dict[str, Any]:
+    """Return the runs of a case, which is also given ``packed``, as the page draws them; arrays are SI.
 
     Spectra and statistics are of all members, the rest is of the first. Times count from ``start``, so that 32 bits resolve them.
     """
-    packed, run = pack(case), runs[0]
+    run = runs[0]
     shaft, frames = shaft_of_runs(case, packed, None, runs), CarrierFrames(packed.system)
     since = run.time - run.first_sample
     return {
