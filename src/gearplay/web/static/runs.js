@@ -116,6 +116,8 @@ export async function showRun(result) {
   moved();
   magnified();
   showTitle();
+  $("backlash-card").hidden = !result.mechanism.meshes.length;
+  $("forces-models").hidden = Object.keys(result.models).length < 2;
   $("carrier-row").hidden = !Object.values(result.models).some(({ frames }) => frames.orbit?.some((angle) => angle));
   $("arrows").textContent = `arrows: forces, the longest ${Number(stage.peak.toPrecision(3))} N`;
   const { title, note: noted } = fillOutput($("output"), result);
