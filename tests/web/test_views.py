@@ -106,7 +106,10 @@ def test_plots__are_sketched_while_a_slider_moves_and_show_its_last_value(visit:
     made.page.evaluate(WITHOUT_AVERAGES)
     made.page.evaluate(DRAG, CLEARANCE)
     made.until("document.querySelector('#orbit.covered > .sketch') !== null")
-    assert made.page.evaluate("getComputedStyle(document.querySelector('#orbit > .plot-container')).visibility") == "hidden"
+    assert (
+        made.page.evaluate("getComputedStyle(document.querySelector('#orbit > .plot-container')).visibility")
+        == "hidden"
+    )
     made.until("!window.gearplay.state.running && window.gearplay.state.whole")
     wanted = made.page.evaluate(f"window.gearplay.state.changes.get('{CLEARANCE}')")
     assert wanted != made.page.evaluate("window.gearplay.state.base.sleeves.ring.radial_clearance")
@@ -127,10 +130,20 @@ def test_plots__keep_their_zoom_while_a_slider_moves(visit: Open) -> None:
     made.page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.6 * box["height"], steps=5)
     made.page.mouse.up()
     made.until("document.getElementById('orbit').edited !== undefined")
-    ranges = "['xaxis', 'yaxis'].map((each) => document.getElementById('orbit')._fullLayout[each].range.slice())"
+    ranges = (
+        "['xaxis', 'yaxis'].map((each) => document.getElementById('orbit')._fullLayout[each].range.slice())"
+    )
     zoomed = made.page.evaluate(ranges)
+    made.page.evaluate(
+        """() => {
+          const plot = document.getElementById("orbit");
+          const note = () => { if (plot.querySelector(".sketch")) plot.dataset.sketched = "1"; };
+          new MutationObserver(note).observe(plot, { childList: true });
+        }"""
+    )
     fill(made, CLEARANCE, "50")
     assert made.page.evaluate(ranges) == zoomed
+    assert made.page.get_attribute("#orbit", "data-sketched") != "1", "a sketch has no zoom"
     assert made.page.evaluate(CIRCLE) == pytest.approx(50e-6)
 
 

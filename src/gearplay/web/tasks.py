@@ -73,7 +73,11 @@ def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
 
 def _described(job: Job, case: Case, cases: Sequence[Case], packs: Sequence[Packed]) -> dict[str, Any]:
     """Return the part of a run's result that is known before it; ``packs`` are of ``cases``, the case with each model."""
-    same = [packed for each, packed in zip(cases, packs, strict=True) if each.backlash_model == case.backlash_model]
+    same = [
+        packed
+        for each, packed in zip(cases, packs, strict=True)
+        if each.backlash_model == case.backlash_model
+    ]
     findings = findings_of(case, same[0]) if same else check_case(case)
     return {
         **heading("run", job, case),
