@@ -51,6 +51,7 @@ def part(moves: int = 100) -> list[str]:
                 again.append(visit.ready().page.evaluate(FIRST))
                 visit.close()
             visit = Visit(browser, server.url).ready()
+            visit.after(lambda: visit.page.check("#compare"))
             visit.page.wait_for_timeout(500)
             before, wholes = visit.runs(), int(visit.page.evaluate("window.gearplay.whole.length"))
             for move in range(moves):

@@ -86,6 +86,67 @@ def test_first_plots__need_no_plotly_and_do_not_change_with_it(visit: Open, case
             assert one[1:] == pytest.approx(other[1:], abs=3.0), one[0]
 
 
+DRAG = """(path) => {
+  const slider = document.querySelector(`[data-slider="${path}"]`);
+  return new Promise((done) => {
+    let place = 300;
+    const timer = setInterval(() => {
+      slider.value = place;
+      slider.dispatchEvent(new Event("input"));
+      if ((place += 20) > 600) { clearInterval(timer); done(); }
+    }, 15);
+  });
+}"""
+CIRCLE = "1e-6 * Math.max(...document.getElementById('orbit').data[0].x)"
+
+
+@pytest.mark.slow
+def test_plots__are_sketched_while_a_slider_moves_and_show_its_last_value(visit: Open) -> None:
+    made = visit().ready()
+    made.page.evaluate(WITHOUT_AVERAGES)
+    made.page.evaluate(DRAG, CLEARANCE)
+    made.until("document.querySelector('#orbit.covered > .sketch') !== null")
+    assert (
+        made.page.evaluate("getComputedStyle(document.querySelector('#orbit > .plot-container')).visibility")
+        == "hidden"
+    )
+    made.until("!window.gearplay.state.running && window.gearplay.state.whole")
+    wanted = made.page.evaluate(f"window.gearplay.state.changes.get('{CLEARANCE}')")
+    assert wanted != made.page.evaluate("window.gearplay.state.base.sleeves.ring.radial_clearance")
+    shown = made.page.evaluate("window.gearplay.state.result.models.coupled.orbits[0].clearance")
+    assert (shown, made.page.evaluate(CIRCLE)) == (pytest.approx(wanted), pytest.approx(wanted))
+    assert made.page.locator(".sketch, .covered").count() == 0
+
+
+@pytest.mark.slow
+def test_plots__keep_their_zoom_while_a_slider_moves(visit: Open) -> None:
+    made = visit().ready()
+    made.page.evaluate(WITHOUT_AVERAGES)
+    made.page.locator("#orbit").scroll_into_view_if_needed()
+    box = made.page.locator("#orbit .nsewdrag").bounding_box()
+    assert box is not None
+    made.page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 0.3 * box["height"])
+    made.page.mouse.down()
+    made.page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.6 * box["height"], steps=5)
+    made.page.mouse.up()
+    made.until("document.getElementById('orbit').edited !== undefined")
+    ranges = (
+        "['xaxis', 'yaxis'].map((each) => document.getElementById('orbit')._fullLayout[each].range.slice())"
+    )
+    zoomed = made.page.evaluate(ranges)
+    made.page.evaluate(
+        """() => {
+          const plot = document.getElementById("orbit");
+          const note = () => { if (plot.querySelector(".sketch")) plot.dataset.sketched = "1"; };
+          new MutationObserver(note).observe(plot, { childList: true });
+        }"""
+    )
+    fill(made, CLEARANCE, "50")
+    assert made.page.evaluate(ranges) == zoomed
+    assert made.page.get_attribute("#orbit", "data-sketched") != "1", "a sketch has no zoom"
+    assert made.page.evaluate(CIRCLE) == pytest.approx(50e-6)
+
+
 @pytest.mark.deep
 def test_the_quieter_curve_lies_on_top(visit: Open) -> None:
     made = visit().ready()

@@ -199,6 +199,20 @@ def test_run_view__equals_the_solver() -> None:
     assert found["lines"]["f_m"] == pytest.approx(40.0)
 
 
+def test_run_view__of_a_rolling_bearing_has_its_force_clearance_and_elements() -> None:
+    """The bearing bears the weight, m g = 100 N, over its radial clearance, half of the diametral 20.5 um."""
+    file = Path(__file__).parents[2] / "docs" / "how-to" / "shaft-in-6205.toml"
+    found = unpack_frame(TASKS["run"]({"case": load_case(file).resolved()}, quiet, STOP))
+    (view,) = found["models"].values()
+    force = {each["signal"]: each["v"] for each in view["histories"]}["bearing_force"]
+    assert np.mean(force) == pytest.approx(100.0, rel=0.02)
+    assert [(each["name"], each["clearance"]) for each in view["orbits"]] == [
+        ("shaft", pytest.approx(10.25e-6))
+    ]
+    assert [each["kind"] for each in found["mechanism"]["sleeves"]] == ["bearing"]
+    assert {each["label"] for each in view["strip"]} >= {f"shaft:element{k}" for k in range(9)}
+
+
 def test_strips_are_the_times_in_contact() -> None:
     words = job(models=["coupled"])
     words["case"]["run"] |= {"duration": 1.0}

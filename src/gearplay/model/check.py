@@ -51,8 +51,12 @@ def check_case(case: Source) -> list[Finding]:
 
     """
     case = load_case(case)
+    return findings_of(case, pack(case, moves=not any(_without_mass(case))))
+
+
+def findings_of(case: Case, packed: Packed) -> list[Finding]:
+    """Return the findings about a case that is packed already, as `check_case` does."""
     light = [*_without_mass(case)]
-    packed = pack(case, moves=not light)
     found = [*start_findings(case, packed)]  # raises what only the assembled train can show
     if light:  # nothing starts
         found = light

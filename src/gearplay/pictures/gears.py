@@ -194,7 +194,7 @@ def sleeve_look(mechanism: Mechanism, name: str | None, factor: float) -> Look |
     if clearance > 0.0:
         play = max(factor * clearance, 0.02 * usual)
         shaft = min(2.5 * play, usual)
-        half, words = 1.3 * (shaft + play), f"sleeve of {chosen['name']}, {1e6 * clearance:.4g} µm"
+        half, words = 1.3 * (shaft + play), f"{chosen['kind']} of {chosen['name']}, {1e6 * clearance:.4g} µm"
     return Look(gear["x"], gear["y"], half, half, words, shaft, sleeves.index(chosen))
 
 

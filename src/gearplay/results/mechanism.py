@@ -75,8 +75,8 @@ def placed(case: Case) -> dict[str, Any]:
     return {
         "gears": gears,
         "sleeves": [
-            {"name": name, "clearance": part.clearance() or 0.0, "on": part.on}
-            for _, name, part in _bushes(case)
+            {"name": name, "kind": kind, "clearance": part.clearance() or 0.0, "on": part.on}
+            for kind, name, part in _bushes(case)
         ],
         "supports": [
             {"name": name, "stiffness": list(support.axial_stiffness), "on": support.on}

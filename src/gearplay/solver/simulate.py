@@ -127,8 +127,11 @@ def run_batch(
     threads: int | None = None,
     stop: threading.Event | None = None,
     keep_motion: bool = False,
+    packs: Sequence[Packed] | None = None,
 ) -> list[Sequence[Trajectory]]:
     """Simulate several cases, each with its members, on one pool of threads; see `run_members`.
+
+    ``packs`` are the cases as packed for their own durations, where the caller has them.
 
     With ``keep_motion`` signals are computed on request (`KeptSamples`); those that ``signals`` names are written during the
     run, up to `MOST_WRITTEN` numbers a case. The result has the order of ``jobs`` and does not depend on the number of
@@ -138,12 +141,12 @@ def run_batch(
     found: list[Members | list[Job]] = []
     pool = Pool()
     bytes_, steps, total, place = 0.0, 0.0, 0.0, 0
-    for case, members in jobs:
+    for at, (case, members) in enumerate(jobs):
         run = case.run
         span = run.duration if duration is None else duration
         lead = run.transient if transient is None else transient
         rate = run.sampling if sampling is None else sampling
-        packed = pack(case, span=lead + span)
+        packed = pack(case, span=lead + span) if packs is None else packs[at]
         kept = choose_columns(packed, signals)
         numbers = span * rate * len(kept[0]) * len(members)
         sample = not keep_motion or (signals is not None and numbers <= MOST_WRITTEN)

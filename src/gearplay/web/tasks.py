@@ -2,11 +2,15 @@
 
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
 from gearplay.files.netcdf import netcdf_bytes
-from gearplay.model.check import check_case
+from gearplay.model.case import Case
+from gearplay.model.check import check_case, findings_of
+from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import replace, to_toml
 from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.results.lines import spectrum_lines
@@ -45,21 +49,43 @@ def run(job: Job, report: Tick, stop: threading.Event) -> bytes:
     """Run a case with the requested models; return its result frame."""
     case = limited_case(job)
     cases = models_of(job, case)
+    packs = [pack(each) for each in cases]
     members = list(range(case.run.ensemble))
-    done = run_batch([(each, members) for each in cases], progress=report, stop=stop, threads=1)
+    with ThreadPoolExecutor(1) as beside:
+        described = beside.submit(_described, job, case, cases, packs)  # while compiled code runs
+        done = run_batch(
+            [(each, members) for each in cases],
+            packs=packs,
+            progress=report,
+            stop=stop,
+            threads=len(cases),
+        )
     _check_runs((run for runs in done for run in runs), complete=False)
-    document = {
+    views = zip(cases, packs, done, strict=True)
+    return pack_frame(
+        {
+            **described.result(),
+            "members": len(members),
+            "models": {each.backlash_model: views_of(each, packed, runs) for each, packed, runs in views},
+        }
+    )
+
+
+def _described(job: Job, case: Case, cases: Sequence[Case], packs: Sequence[Packed]) -> dict[str, Any]:
+    """Return the part of a run's result that is known before it; ``packs`` are of ``cases``, the case with each model."""
+    same = [
+        packed
+        for each, packed in zip(cases, packs, strict=True)
+        if each.backlash_model == case.backlash_model
+    ]
+    findings = findings_of(case, same[0]) if same else check_case(case)
+    return {
         **heading("run", job, case),
-        "members": len(members),
         "mechanism": mechanism_of(case),
         "lines": spectrum_lines(case),
         "test": measured_lines(case),
-        "warnings": [
-            f"{each.path}: {each.message}" for each in check_case(case) if each.severity == "warning"
-        ],
-        "models": {each.backlash_model: views_of(each, runs) for each, runs in zip(cases, done, strict=True)},
+        "warnings": [f"{each.path}: {each.message}" for each in findings if each.severity == "warning"],
     }
-    return pack_frame(document)
 
 
 def _check_runs(runs: Iterable[Trajectory], *, complete: bool = True) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.model.case import Case
-from gearplay.model.pack import pack
+from gearplay.model.pack import Packed
 from gearplay.parts.mesh.train.geometry import (
     carrier_of,
     is_held,
@@ -27,18 +27,15 @@ INTERVALS = 700  # of a curve, each with its lowest and highest value
 ORBIT_POINTS, LINES = 2000, 1200
 MOST_CONTACTS = 1500  # intervals of one contact's strip
 MEANS = ("share_of_time", "impacts_per_second", "rms_impact_speed")
-HISTORIES = {
-    "mesh": ("backlash", "center_distance", "drive_force", "back_force"),
-    "sleeve": ("sleeve_force",),
-}
+MESH_HISTORIES = ("backlash", "center_distance", "drive_force", "back_force")
 
 
-def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
-    """Return the runs of a case as the page draws them; arrays are SI.
+def views_of(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> dict[str, Any]:
+    """Return the runs of a case, which is also given ``packed``, as the page draws them; arrays are SI.
 
     Spectra and statistics are of all members, the rest is of the first. Times count from ``start``, so that 32 bits resolve them.
     """
-    packed, run = pack(case), runs[0]
+    run = runs[0]
     shaft, frames = shaft_of_runs(case, packed, None, runs), CarrierFrames(packed.system)
     since = run.time - run.first_sample
     return {
@@ -58,17 +55,17 @@ def views_of(case: Case, runs: Sequence[Trajectory]) -> dict[str, Any]:
 
 
 def _orbits(case: Case, frames: CarrierFrames, run: Trajectory) -> list[dict[str, Any]]:
-    """Return the paths of free centres, with the clearance of those in sleeves; ``on`` is the carrier of a rotor.
+    """Return the paths of free centres, with their clearance in sleeves and bearings; ``on`` is the carrier of a rotor.
 
     The paths of carried rotors are relative to their pins, in axes that turn with the carrier.
     """
-    sleeves, found = case.operating.sleeves, []
+    found = []
     for name in case.rotors:
         on = carrier_of(case, name)
         if is_held(case, name) and on is None:
             continue
         x, y = thinned_path(*orbit_of(case, frames, name, run.signal), ORBIT_POINTS)
-        clearance = sleeves[name].radial_clearance if name in sleeves else 0.0
+        clearance = max((part.clearance() or 0.0 for part in case.operating.holders(name)), default=0.0)
         found.append({"name": name, "on": on, "clearance": clearance, "x": x, "y": y})
     return found
 
@@ -76,13 +73,14 @@ def _orbits(case: Case, frames: CarrierFrames, run: Trajectory) -> list[dict[str
 def _histories(run: Trajectory, time: Floats) -> list[dict[str, Any]]:
     found = []
     for mesh in dict.fromkeys(c.label for c in run.columns if c.dimension == "mesh"):
-        for signal in HISTORIES["mesh"]:
+        for signal in MESH_HISTORIES:
             t, v = extremes(time, run.signal(signal, mesh), INTERVALS)
             found.append({"signal": signal, "label": mesh, "t": t, "v": v})
-    for sleeve in dict.fromkeys(c.label for c in run.columns if c.dimension == "sleeve"):
-        force = np.hypot(run.signal("sleeve_force_x", sleeve), run.signal("sleeve_force_y", sleeve))
+    held = (c for c in run.columns if c.dimension in ("sleeve", "bearing"))
+    for kind, rotor in dict.fromkeys((c.dimension, c.label) for c in held):
+        force = np.hypot(*(run.signal(f"{kind}_force_{axis}", rotor) for axis in "xy"))
         t, v = extremes(time, force, INTERVALS)
-        found.append({"signal": "sleeve_force", "label": sleeve, "t": t, "v": v})
+        found.append({"signal": f"{kind}_force", "label": rotor, "t": t, "v": v})
     return found
 
 

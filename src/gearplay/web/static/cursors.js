@@ -21,7 +21,7 @@ function place(mark, x, y, inside) {
 /** Put the line of a history at a time [s]. */
 function placeLine(name, time) {
   const plot = document.getElementById(name);
-  const full = plot._fullLayout ?? plot.sketched;
+  const full = plot.sketched ?? plot._fullLayout;
   if (!full?.xaxis?._length) return;
   const { xaxis, _size: size } = full;
   const at = xaxis.l2p(time);
@@ -33,7 +33,7 @@ function placeLine(name, time) {
 /** Put the dot of a model's shaft at its place [m]. */
 function placeDot(model, x, y) {
   const plot = document.getElementById("orbit");
-  const full = plot._fullLayout ?? plot.sketched;
+  const full = plot.sketched ?? plot._fullLayout;
   if (!full?.xaxis?._length) return;
   const { xaxis, yaxis } = full;
   const [px, py] = [xaxis.l2p(1e6 * x), yaxis.l2p(1e6 * y)];

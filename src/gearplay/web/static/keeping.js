@@ -6,8 +6,8 @@ import { fillLostMotion } from "./lost_motion.js";
 import { offerOverlays } from "./overlays.js";
 import { $, request, requestJson, current, note, showTitle, state, showMessage } from "./page.js";
 import { style } from "./colors.js";
-import { plain } from "./plotting.js";
-import { magnified, models, outdate, run, showRun, stage, takeOver } from "./runs.js";
+import { plain, takeOver } from "./plotting.js";
+import { magnified, models, outdate, run, showRun, stage } from "./runs.js";
 import { decode } from "./wire.js";
 
 const MOST_LINK = 64 * 1024;

@@ -147,7 +147,7 @@ export class Stage {
     const shaft = sleeve.clearance > 0 ? Math.min(2.5 * play, gear.shaft) : gear.shaft; // so large that its play is seen well
     const span = sleeve.clearance > 0 ? 2.4 * (shaft + play) : 4 * shaft;
     const [dx, dy] = [0, 1].map((axis) => this.factor * bushes[(2 * k + axis) * t.length + i]);
-    return { x: gear.x + dx, y: gear.y + dy, width: span, height: span, shaft, words: `${sleeve.clearance > 0 ? "sleeve" : "bearing"} of ${sleeve.name}` };
+    return { x: gear.x + dx, y: gear.y + dy, width: span, height: span, shaft, words: `${sleeve.clearance > 0 ? sleeve.kind : "bearing"} of ${sleeve.name}` };
   }
 
   meshWindow() {

@@ -1,12 +1,13 @@
 // The plots of a run: orbit, spectrum, backlash, forces and contacts; and the table of contacts.
 
-import { MODELS, axis, draw, layout, plain, scaled } from "./plotting.js";
+import { MODELS, axis, draw, layout, pause, plain, scaled } from "./plotting.js";
 import { style } from "./colors.js";
 
 const SIGNALS = {
   drive_force: { words: "drive", dash: "solid" },
   back_force: { words: "back", dash: "dot" },
   sleeve_force: { words: "sleeve", dash: "dash" },
+  bearing_force: { words: "bearing", dash: "dash" },
 };
 const FEW = 30; // impacts
 const lineOf = (model, dash = "solid", width = 1.1) => ({ color: style(model), width, dash });
@@ -21,28 +22,27 @@ function quietLast(result, curvesOf) {
 const averaged = (result) => result.average?.models ?? result.models;
 const rank = (model) => 1 + MODELS.indexOf(model); // in legends, whatever lies on top
 
-const pause = () => new Promise((resolve) => { setTimeout(resolve); });
 const inView = (name) => {
   const { top, bottom, height } = document.getElementById(name).getBoundingClientRect();
   return height > 0 && bottom > 0 && top < window.innerHeight;
 };
 
 /**
- * Draw a run, first the plots that are seen; return what draws the others, one by one, while `wanted()` says so.
+ * Draw a run while `wanted()` returns true, first the plots that are seen; return what draws the others, one by one.
  * `look` names the sleeve and the mesh that are looked at, and the spectrum (`spectrum`, `scale`).
  */
-export async function drawRun(result, look) {
+export async function drawRun(result, look, wanted) {
   const draws = { orbit: drawOrbit, spectrum: drawSpectrum, backlash: drawBacklash, forces: drawForces };
   const [near, far] = [Object.keys(draws).filter(inView), Object.keys(draws).filter((name) => !inView(name))];
-  for (const name of near) await draws[name](result, look);
-  return async (wanted) => {
+  for (const name of near) if (wanted()) await draws[name](result, look);
+  return async () => {
     for (const name of far) {
       await pause();
       if (!wanted()) return false;
       if (document.getElementById(name).offsetParent === null) continue; // on a tab that is not shown: drawn when it is
       await draws[name](result, look);
     }
-    return true;
+    return wanted();
   };
 }
 
@@ -114,7 +114,9 @@ const [LETTER, ROWS, ROW] = [6.4, 9, 0.07]; // px of a letter; rows of names, an
 function marked(marks, curves) {
   const known = [...marks.map(({ frequency }) => frequency), ...curves.flatMap((x) => (x?.length ? [x[0], x[x.length - 1]] : []))].filter((f) => f > 0);
   const [low, high] = [Math.log10(Math.min(...known)), Math.log10(Math.max(...known))];
-  const scale = (document.getElementById("spectrum").clientWidth - 88) / Math.max(high - low, 1e-9); // px of a decade
+  const length = document.getElementById("spectrum").clientWidth - 88;
+  const rooms = marks.map(({ frequency, text }) => ((Math.log10(frequency) - low) * length) / (length - LETTER * text.length)); // decades for the last name to fit
+  const scale = length / Math.max(high - low, ...rooms, 1e-9); // px of a decade
   const ends = Array(ROWS).fill(-Infinity);
   const annotations = [];
   for (const { frequency, text, color } of [...marks].sort((one, other) => one.frequency - other.frequency)) {
@@ -156,29 +158,30 @@ function drawBacklash(result, { mesh }) {
     yaxis2: axis("centres [mm]", { domain: [0, 0.45], tickformat: ".4f", tickfont: { size: far ? 9 : 12 } }) }));
 }
 
-/** Draw the forces of a sleeve and of both flanks of a mesh, and below when each was closed. Colours say the model, dashes the contact. */
+/** Draw the forces of a sleeve or bearing and of both flanks of a mesh, and below when each was closed. Colours say the model, dashes the contact. */
 function drawForces(result, { sleeve, mesh }) {
   const traces = [];
   const ticks = [];
-  const wanted = new Map([[sleeve, "sleeve"], [`${mesh}:drive`, "drive"], [`${mesh}:back`, "back"]]);
-  const drawn = ({ signal, label }) => signal in SIGNALS && label === (signal === "sleeve_force" ? sleeve : mesh);
+  const wanted = { [sleeve]: "sleeve", [`${mesh}:drive`]: "drive", [`${mesh}:back`]: "back" };
+  const rowOf = (label) => wanted[label] ?? (label.startsWith(`${sleeve}:element`) ? label.slice(sleeve.length + 1) : undefined);
+  const drawn = ({ signal, label }) => signal in SIGNALS && label === (["drive_force", "back_force"].includes(signal) ? mesh : sleeve);
   for (const model of quietLast(result, (view) => view.histories.filter(drawn).map(({ v }) => v))) {
     const first = model === names(result)[0];
     for (const { signal, t, v } of result.models[model].histories.filter(drawn)) {
       const { words, dash } = SIGNALS[signal];
       traces.push({ x: t, y: v, mode: "lines", line: lineOf(model, dash), name: words, legendgroup: words, showlegend: first,
-        hovertemplate: `${words === "sleeve" ? words : `${words} flank`}, ${model}: %{y:.4g} N at %{x:.5f} s<extra></extra>` });
+        hovertemplate: `${["drive", "back"].includes(words) ? `${words} flank` : words}, ${model}: %{y:.4g} N at %{x:.5f} s<extra></extra>` });
     }
   }
   for (const model of names(result)) {
     for (const { label, spans } of result.models[model].strip) {
-      if (!wanted.has(label)) continue;
+      if (!rowOf(label)) continue;
       const x = [];
       const y = [];
       for (let i = 0; i < spans.length; i += 2) { x.push(spans[i], spans[i + 1], null); y.push(ticks.length, ticks.length, null); }
       traces.push({ x, y, mode: "lines+markers", marker: { size: 3, symbol: "line-ns", line: { width: 1.5, color: style(model) } },
         line: { color: style(model), width: 7 }, yaxis: "y2", showlegend: false, hovertemplate: `${plain(label)}, ${model}: closed at %{x:.5f} s<extra></extra>` });
-      ticks.push(wanted.get(label));
+      ticks.push(rowOf(label));
     }
   }
   return draw("forces", traces, layout({ uirevision: `${sleeve}${mesh}`, xaxis: timeAxis(result), yaxis: axis("force [N]", { domain: [0.45, 1] }),
@@ -186,9 +189,12 @@ function drawForces(result, { sleeve, mesh }) {
       tickfont: { size: 10 }, zeroline: false }) }));
 }
 
+/** Return a number to three digits, as it is read: 0.100, 12.0, 1260. */
+const threeDigits = (value) => (Math.abs(value) < 999.5 || Math.abs(value) >= 1e6 ? value.toPrecision(3) : String(Number(value.toPrecision(3))));
+
 /** Return a number with half its 95 % interval, where there is one, to the digit that this leaves sense. */
 function known(value, half) {
-  if (!(half > 0)) return value.toPrecision(3);
+  if (!(half > 0)) return threeDigits(value);
   const digits = Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(half))));
   return `${value.toFixed(digits)} ± ${half.toFixed(digits)}`;
 }
@@ -229,7 +235,7 @@ export function fillStatistics(table, result) {
       const shown = (name, factor) => known(factor * each[name], factor * (each.half?.[name] ?? 0));
       rows.push(row([model, each.contact, `${shown("share_of_time", 100)} %`, String(each.impacts), shown("impacts_per_second", 1),
         `${shown("rms_impact_speed", 1e3)}${each.angular ? " mrad/s" : ""}`,
-        `${each.peak_force.toPrecision(3)}${each.angular ? " N m" : ""}`], "td"));
+        `${threeDigits(each.peak_force)}${each.angular ? " N m" : ""}`], "td"));
     }
   }
   table.replaceChildren(...rows);

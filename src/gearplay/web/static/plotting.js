@@ -1,7 +1,7 @@
 // What all plots share: plotly.js and what draws before it is there, units and texts.
 
 import { style } from "./colors.js";
-import { sketch } from "./sketch.js";
+import { sketch, unsketch } from "./sketch.js";
 
 export const MODELS = ["coupled", "uncoupled"];
 export const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d", "sendChartToCloud"],
@@ -19,7 +19,7 @@ export const shownAs = (unit) => SHOWN[unit] ?? [unit, 1];
 
 const painted = () => new Promise((resolve) => { requestAnimationFrame(() => setTimeout(resolve)); setTimeout(resolve, 100); });
 let fetched = null;
-const IDLE = 400; // ms without which nobody has seen the first plots
+const IDLE = 400; // ms after a move, in which the next one may come
 
 /** Fetch plotly.js, once. It keeps the browser busy for a while, so what is drawn already is shown before. */
 export async function plotly() {
@@ -37,7 +37,7 @@ export async function plotly() {
 const HURRIES = ["pointerover", "pointerdown", "focusin", "wheel"];
 
 /** Wait until plotly.js is needed: a pointer on a plot, or an idle browser. */
-export function plotsWanted() {
+function plotsWanted() {
   return new Promise((resolve) => {
     const done = () => {
       for (const kind of HURRIES) document.removeEventListener(kind, hurry);
@@ -49,11 +49,47 @@ export function plotsWanted() {
   });
 }
 
-/** Draw a plot of a run: by plotly.js where it is there, else as a sketch, which goes when that takes over. */
-export async function draw(name, traces, given) {
-  if (!window.Plotly) { sketch(name, traces, given); return; }
+const sketched = new Map(); // traces and layouts that plotly.js has still to draw, by name
+export const pause = () => new Promise((resolve) => { setTimeout(resolve); });
+
+/**
+ * Draw a plot of a run as a sketch, in a tenth of the time that plotly.js takes; that draws it by `takeOver`. One that its user has
+ * zoomed, or of which curves are hidden, is drawn by plotly.js at once, which keeps that.
+ */
+export function draw(name, traces, given) {
+  sketched.set(name, [traces, given]);
+  if (document.getElementById(name).edited === given.uirevision) return finish(name);
+  sketch(name, traces, given);
+}
+
+async function finish(name) {
+  const [place, [traces, given]] = [document.getElementById(name), sketched.get(name)];
+  sketched.delete(name);
+  unsketch(name);
+  const first = !place.data;
   await Plotly.react(name, traces, given, CONFIG);
-  document.querySelector(`#${name} > .sketch`)?.remove();
+  if (!first) return;
+  const edit = () => { place.edited = place.layout.uirevision; };
+  place.on("plotly_restyle", edit);
+  place.on("plotly_relayout", (changes) => { if (Object.keys(changes).some((key) => key.includes("axis"))) edit(); });
+}
+
+/** Have plotly.js draw what was sketched, one plot after the other while `wanted()` returns true; return whether all are drawn. */
+export async function takeOver(wanted = () => true) {
+  await plotly();
+  for (const name of sketched.keys()) {
+    if (!wanted()) return false;
+    if (document.getElementById(name).offsetParent === null) continue; // on a tab that is not shown: drawn when it is
+    await finish(name);
+    await pause();
+  }
+  return wanted();
+}
+
+/** The same, once somebody needs it or the browser is idle. */
+export async function takeOverSoon(wanted) {
+  await plotsWanted();
+  return wanted() && takeOver(wanted);
 }
 
 /** Return an axis in the colours of the page. */

@@ -5,14 +5,17 @@ import { moveCursors } from "./cursors.js";
 import { Stage } from "./mechanism.js";
 import { $, confess, current, note, showTitle, state, showMessage } from "./page.js";
 import { drawRun, drawSpectrum, fillOutput, fillStatistics } from "./plots.js";
-import { plotly, plotsWanted } from "./plotting.js";
+import { takeOver, takeOverSoon } from "./plotting.js";
 
 const LONGEST_RUN = 1000; // ms before a run gives way to a newer one
 export const stage = new Stage($("stage"), moved);
 
 export const models = () => ($("compare").checked ? ["coupled", "uncoupled"] : [current().backlash_model]);
 
-/** Run the case as it stands. While one runs the next waits, and only the last of those; one that takes long gives way to it. */
+/**
+ * Run the case as it stands. While one runs the next waits, and only the last of those; one that takes long gives way to it. The next
+ * begins before the result is drawn.
+ */
 export async function run() {
   const { wire } = state;
   if (!wire?.ready || !state.base) return;
@@ -33,6 +36,8 @@ export async function run() {
   state.running = job;
   try {
     const result = await job;
+    state.running = null;
+    next();
     if (generation !== state.generation) return; // of a case that is no longer there
     state.requested = began;
     await showRun(result);
@@ -44,9 +49,8 @@ export async function run() {
     else if (!error.kind) { confess(error); outdate(); }
     else if (error.kind !== "cancelled" && wire.ready) { showMessage(error.message, true); if (generation === state.generation) outdate(); }
   } finally {
-    state.running = null;
-    if (!state.job) hideProgress();
-    next();
+    if (state.running === job) { state.running = null; next(); }
+    if (!state.job && !state.running) hideProgress();
   }
 }
 
@@ -112,6 +116,8 @@ export async function showRun(result) {
   moved();
   magnified();
   showTitle();
+  $("backlash-card").hidden = !result.mechanism.meshes.length;
+  $("forces-models").hidden = Object.keys(result.models).length < 2;
   $("carrier-row").hidden = !Object.values(result.models).some(({ frames }) => frames.orbit?.some((angle) => angle));
   $("arrows").textContent = `arrows: forces, the longest ${Number(stage.peak.toPrecision(3))} N`;
   const { title, note: noted } = fillOutput($("output"), result);
@@ -122,43 +128,39 @@ export async function showRun(result) {
   $("status").textContent = words.join("; ");
   window.gearplay.moving ??= performance.now();
   state.whole = false;
-  const drawRest = await drawRun(result, look);
+  const wanted = () => stage.look === look;
+  const drawRest = await drawRun(result, look, wanted);
   window.gearplay.first ??= performance.now();
   moved();
-  drawOthers(drawRest, result);
+  drawOthers(drawRest, result, wanted);
 }
 
-/** Draw the plots that are not in view, then all of them with plotly.js where they were only sketched; unless a newer result comes. */
-async function drawOthers(drawRest, result) {
-  const wanted = () => state.result === result;
+/** Draw the plots that are not in view, then all of them with plotly.js, and request averages; unless a newer result comes. */
+async function drawOthers(drawRest, result, wanted) {
   try {
-    if (!(await drawRest(wanted))) return;
+    if (!(await drawRest())) return;
     moved();
-    if (!window.Plotly) {
-      await plotsWanted();
-      await plotly();
-      if (!wanted()) return;
-      if (!(await (await drawRun(result, stage.look))(wanted))) return;
-      moved();
-    }
-    state.whole = true;
     window.gearplay.whole.push(performance.now() - state.requested);
+    if (!(await takeOverSoon(wanted))) return;
+    moved();
+    state.whole = true;
     if (await averageOf(result) && wanted()) {
-      redrawSpectrum();
       $("few").textContent = fillStatistics($("statistics"), result);
+      await redrawSpectrum();
     }
   } catch (error) { showMessage(error.message); }
 }
 
-/** Have plotly.js draw what was only sketched, now. */
-export async function takeOver() {
-  if (window.Plotly || !state.result) return;
-  await plotly();
-  await (await drawRun(state.result, stage.look))(() => true);
-}
-
 export const redraw = () => { if (state.result) showRun(state.result).catch((error) => showMessage(error.message)); };
-export const redrawSpectrum = () => { if (state.result) drawSpectrum(state.result, lookAt(state.result)).catch((error) => showMessage(error.message)); };
+
+/** Draw the spectrum of the result that is shown anew. */
+export async function redrawSpectrum() {
+  if (!state.result) return;
+  try {
+    await drawSpectrum(state.result, lookAt(state.result));
+    await takeOver();
+  } catch (error) { showMessage(error.message); }
+}
 
 /** Show the progress of a job, and an estimate of its end once there is one. */
 export function showProgress(done, number, began) {

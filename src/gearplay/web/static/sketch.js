@@ -1,5 +1,5 @@
-// A plot drawn at once, as SVG, from what plotly.js is given, so that nobody waits for its 5 MB to see the first curves. It looks the
-// same, has no zoom, and goes when plotly.js takes over.
+// A plot drawn at once, as SVG, from what plotly.js is given, so that nobody waits for its 5 MB or its some 60 ms to see new curves. It
+// looks the same, has no zoom, and goes when plotly.js takes over.
 
 import { rangeOf, sameScale, ticksOf } from "./scales.js";
 
@@ -7,6 +7,7 @@ const SPACE = "http://www.w3.org/2000/svg";
 const FAMILY = '"Open Sans", verdana, arial, sans-serif';
 const [SMALL, LARGE] = [12, 14]; // px of ticks and of titles
 const DASHES = { dot: [1, 1], dash: [3, 3] };
+const ruler = document.createElement("canvas").getContext("2d"); // measures texts without a layout of the page
 const written = (text) => String(text).replace(/&lt;/g, "<").replace(/&gt;/g, ">").replace(/&amp;/g, "&");
 
 /** Make an element; presentation attributes alone, since the page's policy lets no styles in. */
@@ -16,6 +17,12 @@ function put(parent, name, attributes, text) {
   if (text !== undefined) made.textContent = written(text);
   parent.append(made);
   return made;
+}
+
+/** Return the width of a text [px]. */
+function widthOf(text, size) {
+  ruler.font = `${size}px ${FAMILY}`;
+  return ruler.measureText(written(text)).width;
 }
 
 function dashed(dash, width = 1) {
@@ -32,11 +39,19 @@ function axisOf(letter, given, range, offset, length) {
   return { given, range, _offset: offset, _length: length, l2p, d2p: (value) => l2p(log ? Math.log10(value) : value), ticks: ticksOf(letter, given, range, length) };
 }
 
-/** Draw traces in the place of a name; cursors find its axes as `sketched`. */
-export function sketch(name, traces, layout) {
+/** Remove the sketch in the place of a name; what plotly.js has drawn there is seen again. */
+export function unsketch(name) {
   const place = document.getElementById(name);
   place.querySelector(":scope > .sketch")?.remove();
+  place.classList.remove("covered");
+  delete place.sketched;
+}
+
+/** Draw traces in the place of a name, over what plotly.js has drawn there; cursors find its axes as `sketched`. */
+export function sketch(name, traces, layout) {
+  const place = document.getElementById(name);
   const { clientWidth: width, clientHeight: height } = place;
+  place.querySelector(":scope > .sketch")?.remove();
   const { l, r, t, b } = layout.margin;
   const [w, h] = [width - l - r, height - t - b];
   if (w < 20 || h < 20) return;
@@ -45,11 +60,12 @@ export function sketch(name, traces, layout) {
   const rangeAlong = (letter, id) => rangeOf(letter, layout[`${letter}axis${id}`], traces.filter((trace) => letter === "x" || (trace.yaxis ?? "y") === `y${id}`).map((trace) => trace[letter]).concat(letter === "x" && layout.shapes?.length ? [layout.shapes.map(({ x0 }) => x0)] : []));
   const lies = ({ domain: [from, to] = [0, 1] }) => [t + (1 - to) * h, (to - from) * h];
   let [across, up] = [rangeAlong("x", ""), rangeAlong("y", "")];
-  if (!layout.xaxis.range) across[1] = roomFor(root, layout.annotations ?? [], across, w);
+  if (!layout.xaxis.range) across[1] = roomFor(layout.annotations ?? [], across, w);
   if (layout.xaxis.scaleanchor) [across, up] = sameScale([across, w], [up, h]);
   const x = axisOf("x", layout.xaxis, across, l, w);
   const ys = { y: axisOf("y", layout.yaxis, up, ...lies(layout.yaxis)) };
   if (layout.yaxis2) ys.y2 = axisOf("y", layout.yaxis2, rangeAlong("y", "2"), ...lies(layout.yaxis2));
+  place.classList.add("covered");
   place.sketched = { xaxis: x, yaxis: ys.y, yaxis2: ys.y2, _size: { l, t, h } };
   const seen = layout.xaxis.visible !== false;
   for (const y of Object.values(ys)) if (seen) grid(root, x, y);
@@ -78,13 +94,8 @@ export function sketch(name, traces, layout) {
 }
 
 /** Return where an axis ends that its annotations, to the right of their places, fit on. */
-function roomFor(root, annotations, [low, high], length) {
-  const ends = annotations.map(({ x, text, font }) => {
-    const made = put(root, "text", { "font-size": font.size }, text);
-    const wide = made.getComputedTextLength() + 4;
-    made.remove();
-    return low + ((x - low) * length) / (length - wide);
-  });
+function roomFor(annotations, [low, high], length) {
+  const ends = annotations.map(({ x, text, font }) => low + ((x - low) * length) / (length - widthOf(text, font.size) - 4));
   return Math.max(high, ...ends);
 }
 
@@ -115,22 +126,25 @@ function curve(area, trace, before, x, y) {
 
 /** Write ticks and titles of all axes; a vertical title gives way to ticks that are wide. */
 function ticks(root, x, ys, bottom) {
+  /** Write a tick; return its width. */
   const write = (tick, axis, attributes, dy) => {
     const size = tick.size * (axis.given.tickfont?.size ?? SMALL);
-    const made = put(root, "text", { ...attributes(size), "font-size": size }, tick.text.replace(/\^.*/, ""));
+    const text = tick.text.replace(/\^.*/, "");
+    const made = put(root, "text", { ...attributes(size), "font-size": size }, text);
     const power = tick.power ?? (tick.text.includes("^") ? tick.text.split("^")[1].replace("-", "\u2212") : undefined);
-    if (power !== undefined) put(made, "tspan", { dy: -0.42 * size, "font-size": 0.7 * size }, power);
-    return made;
+    if (power === undefined) return widthOf(text, size);
+    put(made, "tspan", { dy: -0.42 * size, "font-size": 0.7 * size }, power);
+    return widthOf(text, size) + widthOf(power, 0.7 * size);
   };
   for (const tick of x.ticks) write(tick, x, (size) => ({ x: x._offset + x.l2p(tick.at), y: bottom + 3.4 + size, "text-anchor": "middle" }));
   put(root, "text", { x: x._offset + x._length / 2, y: bottom + 39, "text-anchor": "middle", "font-size": LARGE }, x.given.title.text);
   for (const y of ys) {
-    const made = y.ticks.map((tick) => write(tick, y, (size) => ({ x: x._offset - 3.4, y: y._offset + y.l2p(tick.at) + 0.35 * size, "text-anchor": "end" })));
+    const wide = y.ticks.map((tick) => write(tick, y, (size) => ({ x: x._offset - 3.4, y: y._offset + y.l2p(tick.at) + 0.35 * size, "text-anchor": "end" })));
     const middle = y._offset + y._length / 2;
     const title = put(root, "text", { y: middle, "text-anchor": "middle", "font-size": LARGE }, y.given.title.text);
-    const half = 0.5 * title.getComputedTextLength() + SMALL / 2;
-    const beside = made.filter((_, i) => Math.abs(y._offset + y.l2p(y.ticks[i].at) - middle) < half);
-    const at = Math.max(13, Math.min(36, ...beside.map((each) => x._offset - 3.4 - each.getComputedTextLength() - 5)));
+    const half = 0.5 * widthOf(y.given.title.text, LARGE) + SMALL / 2;
+    const beside = wide.filter((_, i) => Math.abs(y._offset + y.l2p(y.ticks[i].at) - middle) < half);
+    const at = Math.max(13, Math.min(36, ...beside.map((each) => x._offset - 3.4 - each - 5)));
     title.setAttribute("x", at);
     title.setAttribute("transform", `rotate(-90,${at},${middle})`);
   }
@@ -143,6 +157,7 @@ function legend(root, traces, left) {
     if (showlegend === false || !name || seen.has(key)) continue;
     seen.add(key);
     put(root, "path", { d: `M${left + 5},9.94h30`, stroke: line.color, "stroke-width": 5, "stroke-dasharray": dashed(line.dash, 5) });
-    left += 45 + put(root, "text", { x: left + 40, y: 14.6 }, name).getComputedTextLength();
+    put(root, "text", { x: left + 40, y: 14.6 }, name);
+    left += 45 + widthOf(name, SMALL);
   }
 }
