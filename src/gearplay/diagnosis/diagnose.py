@@ -11,11 +11,12 @@ from typing import Any, Final
 
 import numpy as np
 
+from gearplay.diagnosis.bearing_combs import PARTS
 from gearplay.diagnosis.checks import Checks, checked, revised
 from gearplay.diagnosis.dataset import dataset_of
 from gearplay.diagnosis.hypotheses import Hypothesis, ranked
 from gearplay.diagnosis.machine import Machine, described
-from gearplay.diagnosis.measures import PARTS, Measures, measured
+from gearplay.diagnosis.measures import Measures, measured
 from gearplay.diagnosis.named_lines import NamedLine, named_envelope, named_spectrum
 from gearplay.diagnosis.result import Diagnosis
 from gearplay.diagnosis.shaft_speed import FoundSpeed, found_speed
@@ -151,8 +152,8 @@ def diagnose(
     checks = Checks()
     if built is not None and not quick:
         checks = checked(
-            taken, before[1] if before is not None else None, built, instruments, machine, found,
-            before[0].speed if before is not None else found, every,
+            taken, before[1] if before is not None else None, built, instruments, machine, result.speed,
+            before[0].speed if before is not None else result.speed, every,
             members=members or MEMBERS, threads=threads, progress=progress, stop=stop,
         )  # fmt: skip
         every = revised(every, checks)
