@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -101,7 +102,21 @@ def _comb(
     bearing = machine.bearings[key[0]]
     line = f * bearing.order * float(getattr(bearing.orders, ORDERS[key[1]]))
     pattern = _pattern(bearing, key[1], f)
-    return best_comb(bands, line, pattern, search=SLIP, without=taken, peaks=peaks, balanced="lines")
+    comb = best_comb(bands, line, pattern, search=SLIP, without=taken, peaks=peaks, balanced="lines")
+    found = _between_bins(bands, comb, pattern) if comb.height > 1.0 else None
+    if found is None or abs(found[0] / line - 1.0) > SLIP:
+        return comb
+    return replace(comb, frequency=found[0], off=found[0] / line - 1.0)
+
+
+def _between_bins(
+    bands: Sequence[BandEnvelope], comb: Comb, pattern: Sequence[tuple[float, float]]
+) -> tuple[float, float] | None:
+    """Return frequency and uncertainty [Hz] of a comb from its multiples that stand out, None without any."""
+    band = next(each for each in bands if (each.low, each.high) == (comb.low, comb.high))
+    places = np.arange(band.amplitude.size) * band.resolution
+    multiples = np.array([k for k, offset in pattern if offset == 0.0])
+    return located(Spectrum(places, band.amplitude, "hann", "amplitude", "1"), multiples, comb.frequency)
 
 
 def _pattern(bearing: Bearing, part: str, f: float) -> list[tuple[float, float]]:

@@ -149,30 +149,45 @@ def named_envelope(
     plain = 0.0 if speed.known else 0.02
     slips = {name: 0.015 if any(word in name for word in ("BPF", "BSF", "FTF")) else plain for name in wanted}
     lines = _named(frequency, amplitude, wanted, wanted, "envelope", slips, 0.01)
-    return _with_multiples(lines, machine, float(frequency[1] - frequency[0]))
+    return _with_multiples(lines, machine, speed.frequency, float(frequency[1] - frequency[0]))
 
 
-def _with_multiples(lines: list[NamedLine], machine: Machine, resolution: float) -> list[NamedLine]:
-    """Return the lines of an envelope with peaks named that are high multiples of a bearing's line as it was found.
+def _with_multiples(lines: list[NamedLine], machine: Machine, f: float, resolution: float) -> list[NamedLine]:
+    """Return the lines of an envelope with peaks named that are further multiples or sidebands of a bearing's line as found.
 
     The line's frequency is that of the highest multiple found, of two at least, so that its slip does not matter.
     """
     at = {line.name: line.frequency for line in lines if not math.isnan(line.frequency)}
-    bases: dict[str, tuple[int, float]] = {}
+    bases: list[tuple[str, str, int, float, float]] = []
     for bearing in machine.bearings:
         suffix = f" of {bearing.name}" if len(machine.bearings) > 1 else ""
+        ring = "BPFI" if bearing.turning == "inner" else "BPFO"
         for name in ("BPFO", "BPFI", "BSF"):
             seen = [h for h in (1, 2, 3, 4) if _times(h, name) + suffix in at]
             if len(seen) > 1:
-                bases[name + suffix] = seen[-1], at[_times(seen[-1], name) + suffix] / seen[-1]
+                base = at[_times(seen[-1], name) + suffix] / seen[-1]
+                bases.append((name, suffix, seen[-1], base, bearing.order * f if name == ring else 0.0))
     named = []
     for line in lines:
-        for name, (most, base) in bases.items():
-            h = round(line.frequency / base) if line.name == UNNAMED else 0
-            if h > 4 and abs(line.frequency - h * base) <= max(1.5, 0.5 * h / most) * resolution:
-                line = replace(line, name=_times(h, name), expected=h * base)
+        for name, suffix, most, base, turn in bases if line.name == UNNAMED else ():
+            for h, m in _nearest(line.frequency, base, turn):
+                place = h * base + m * turn
+                if abs(line.frequency - place) <= max(1.5, 0.5 * h / most) * resolution:
+                    beside = f" {'+' if m > 0 else '-'} {_times(abs(m), 'turn')}" if m else ""
+                    line = replace(line, name=_times(h, name) + beside + suffix, expected=place)
+                    break
         named.append(line)
     return named
+
+
+def _nearest(frequency: float, base: float, turn: float) -> list[tuple[int, int]]:
+    """Return multiples with sidebands that may explain a peak, the nearest to the multiple first; `envelope_names` has others."""
+    h = round(frequency / base)
+    found = [(h, 0)] if h > 4 else []
+    if turn > 0.0:
+        near = [(k, round((frequency - k * base) / turn)) for k in (h, h + 1, h - 1) if k > 0]
+        found += sorted(((k, m) for k, m in near if 0 < abs(m) <= 3), key=lambda each: abs(each[1]))
+    return found
 
 
 def _each_once(lines: list[NamedLine]) -> list[NamedLine]:
