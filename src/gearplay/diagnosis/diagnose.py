@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from gearplay.diagnosis.bearing_combs import PARTS
+from gearplay.diagnosis.bearing_combs import PARTS, Key
 from gearplay.diagnosis.checks import Checks, checked, revised
 from gearplay.diagnosis.dataset import dataset_of
 from gearplay.diagnosis.hypotheses import Hypothesis, ranked
@@ -147,7 +147,9 @@ def diagnose(
     result = measured(taken, machine, found, before[0] if before is not None else None)
     every = ranked(machine, result, before[0] if before is not None else None)
     low, high = _band(every[0], result)
-    named, shown = _lines(taken, result, machine, spectrum, (low, high))
+    first = (every[0].place, every[0].kind)
+    placed = {first: result.bearings[first].frequency} if first in result.bearings else {}
+    named, shown = _lines(taken, result, machine, spectrum, (low, high), placed)
     old = _healthy_lines(before, machine, (low, high)) if before is not None else {}
     checks = Checks()
     if built is not None and not quick:
@@ -271,7 +273,12 @@ def _band(first: Hypothesis, result: Measures) -> tuple[float, float]:
 
 
 def _lines(
-    channel: Channel, result: Measures, machine: Machine, spectrum: Any, band: tuple[float, float]
+    channel: Channel,
+    result: Measures,
+    machine: Machine,
+    spectrum: Any,
+    band: tuple[float, float],
+    placed: Mapping[Key, float] | None = None,
 ) -> tuple[list[NamedLine], dict[str, Any]]:
     """Return the named lines of spectrum and envelope, and both spectra as far as they are shown."""
     named = named_spectrum(spectrum.frequency, spectrum.amplitude, machine, result.speed)
@@ -281,7 +288,7 @@ def _lines(
     made = envelope(result.rest, low, high).channel
     beat = averaged_spectrum(made, window="hann", segment=made.size)
     inside = beat.frequency <= 0.5 * (high - low)
-    beats = named_envelope(beat.frequency[inside], beat.values[inside], machine, result.speed)
+    beats = named_envelope(beat.frequency[inside], beat.values[inside], machine, result.speed, placed)
     shown = {"frequency": spectrum.frequency, "spectrum": spectrum.amplitude, "low": low, "high": high,
              "envelope_frequency": beat.frequency[inside], "envelope": beat.values[inside]}  # fmt: skip
     return [*named, *beats], shown

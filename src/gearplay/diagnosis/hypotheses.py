@@ -275,13 +275,13 @@ def _has_twin(machine: Machine, one: Hypothesis, every: list[Hypothesis]) -> boo
 
 
 def on_a_turn(machine: Machine, found: Measures, h: Hypothesis) -> bool:
-    """Return whether the lines of a bearing part are multiples of a shaft's frequency, which other sources excite too."""
+    """Return whether the lines of a bearing part are, to a line of the envelope, multiples of a turn, which others excite too."""
     if h.kind not in PARTS:
         return False
     f, comb = found.speed.frequency, found.bearings[h.place, h.kind]
     line = comb.frequency * (2.0 if h.kind == "element" else 1.0)
     turns = [k * shaft.order * f for shaft in machine.shafts for k in range(1, 7)]
-    return any(abs(line - turn) * found.rest.duration < 1.5 for turn in turns)
+    return any(abs(line - turn) * found.rest.duration < 1.0 for turn in turns)
 
 
 def _strongest_line(machine: Machine, h: Hypothesis) -> float:
