@@ -61,19 +61,12 @@ def turns_of_envelopes(bands: Sequence[BandEnvelope], machine: Machine, given: F
     comb = best_comb(bands, given.frequency, pattern, search=SEARCH, balanced="multiples")
     if comb.height <= 1.0:
         return given
-    band = next(each for each in bands if (each.low, each.high) == (comb.low, comb.high))
-    spectrum = Spectrum(
-        np.arange(band.amplitude.size) * band.resolution,
-        band.amplitude,
-        "hann",
-        "amplitude",
-        "1",
-        1,
-        None,
-        None,
-    )
-    found = located(spectrum, np.array([order for order, _ in pattern]), comb.frequency)
-    return given if found is None else FoundSpeed(*found, "envelope")
+    found = _between_bins(bands, comb, pattern)
+    if found is None:
+        return given
+    # One line alone may have been located, where the load differs from turn to turn to a tenth of a bin.
+    least = 0.1 * bands[0].resolution / min(order for order, _ in pattern)
+    return FoundSpeed(found[0], max(found[1], least), "envelope")
 
 
 def strongest_line(machine: Machine, key: Key) -> float:
@@ -114,7 +107,7 @@ def _between_bins(
 ) -> tuple[float, float] | None:
     """Return frequency and uncertainty [Hz] of a comb from its multiples that stand out, None without any."""
     band = next(each for each in bands if (each.low, each.high) == (comb.low, comb.high))
-    places = np.arange(band.amplitude.size) * band.resolution
+    places = np.arange(band.amplitude.size, dtype=np.float64) * band.resolution
     multiples = np.array([k for k, offset in pattern if offset == 0.0])
     return located(Spectrum(places, band.amplitude, "hann", "amplitude", "1"), multiples, comb.frequency)
 

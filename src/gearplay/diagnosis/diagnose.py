@@ -138,14 +138,15 @@ def diagnose(
             "members", members, NOT_SIMULATED, "Give the case, without quick, or leave it out"
         )
     taken, found, spectrum = _prepared("record", chosen, machine, speed)
-    before = None
+    before = earlier = None
     if healthy is not None:
         sound = _channel("healthy", healthy, channel)
         steady = None if isinstance(speed, (Channel, ShaftAngle)) else speed
         nominal = steady if steady is not None else TWO_PI * found.frequency
         before = measured_with_lines(sound, machine, nominal)
-    result = measured(taken, machine, found, before[0] if before is not None else None)
-    every = ranked(machine, result, before[0] if before is not None else None)
+        earlier = before[0]
+    result = measured(taken, machine, found, earlier)
+    every = ranked(machine, result, earlier)
     low, high = _band(every[0], result)
     first = (every[0].place, every[0].kind)
     placed = {first: result.bearings[first].frequency} if first in result.bearings else {}
@@ -155,25 +156,12 @@ def diagnose(
     if built is not None and not quick:
         checks = checked(
             taken, before[1] if before is not None else None, built, instruments, machine, result.speed,
-            before[0].speed if before is not None else result.speed, every,
+            earlier.speed if earlier is not None else result.speed, every,
             members=members or MEMBERS, threads=threads, progress=progress, stop=stop,
         )  # fmt: skip
         every = revised(every, checks)
     source = record.source if isinstance(record, Record) and record.source else chosen.name
-    return Diagnosis(
-        dataset_of(
-            source,
-            taken,
-            machine,
-            result,
-            before[0] if before is not None else None,
-            every,
-            named,
-            old,
-            shown,
-            checks,
-        )
-    )
+    return Diagnosis(dataset_of(source, taken, machine, result, earlier, every, named, old, shown, checks))
 
 
 def measured_with_lines(
