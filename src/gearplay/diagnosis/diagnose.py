@@ -60,10 +60,10 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnose a machine from a record: named lines, indices, periodic events, ranked hypotheses.
 
-    The speed is sought within 2.5 % of the given one, at the mesh harmonics, else at the turns of the shafts. Averages over the
-    turns of each shaft show damaged teeth and eccentric gears; what repeats with no shaft is searched for the envelope lines of
-    bearings and of rattling flanks. Each hypothesis has its evidence against a threshold, and a confidence; below 0.7 the cause
-    counts as not told. A healthy record of the same machine replaces general thresholds.
+    The speed is sought within 2.5 % of the given one, at the mesh harmonics, else at the turns of the shafts, for bearings also
+    in envelopes. Averages over the turns of each shaft show damaged teeth and eccentric gears; what repeats with no shaft is
+    searched for the envelope lines of bearings and of rattling flanks. Each hypothesis has its evidence against a threshold, and
+    a confidence; below 0.7 the cause counts as not told. A healthy record of the same machine replaces general thresholds.
 
     With a case the likeliest hypotheses, worn flanks and worn bushes are simulated in three severities at the speed of the
     record, through the same rig, and the features of these records (levels, lines, sidebands, indices, envelopes) compared with
