@@ -45,6 +45,7 @@ def summary(every: Sequence[Hypothesis], found: FoundSpeed) -> str:
 def _sources() -> dict[str, str]:
     return {
         "mesh": "by its mesh lines", "shaft": "by the lines of its turns", "measured": "as measured",
+        "envelope": "by its turns in an envelope",
         "nominal": f"as given, since {NO_LINE}",
     }  # fmt: skip
 

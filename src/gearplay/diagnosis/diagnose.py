@@ -11,11 +11,12 @@ from typing import Any, Final
 
 import numpy as np
 
+from gearplay.diagnosis.bearing_combs import PARTS, Key
 from gearplay.diagnosis.checks import Checks, checked, revised
 from gearplay.diagnosis.dataset import dataset_of
 from gearplay.diagnosis.hypotheses import Hypothesis, ranked
 from gearplay.diagnosis.machine import Machine, described
-from gearplay.diagnosis.measures import PARTS, Measures, measured
+from gearplay.diagnosis.measures import Measures, measured
 from gearplay.diagnosis.named_lines import NamedLine, named_envelope, named_spectrum
 from gearplay.diagnosis.result import Diagnosis
 from gearplay.diagnosis.shaft_speed import FoundSpeed, found_speed
@@ -59,10 +60,10 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnose a machine from a record: named lines, indices, periodic events, ranked hypotheses.
 
-    The speed is sought within 2.5 % of the given one, at the mesh harmonics, else at the turns of the shafts. Averages over the
-    turns of each shaft show damaged teeth and eccentric gears; what repeats with no shaft is searched for the envelope lines of
-    bearings and of rattling flanks. Each hypothesis has its evidence against a threshold, and a confidence; below 0.7 the cause
-    counts as not told. A healthy record of the same machine replaces general thresholds.
+    The speed is sought within 2.5 % of the given one, at the mesh harmonics, else at the turns of the shafts, for bearings also
+    in envelopes. Averages over the turns of each shaft show damaged teeth and eccentric gears; what repeats with no shaft is
+    searched for the envelope lines of bearings and of rattling flanks. Each hypothesis has its evidence against a threshold, and
+    a confidence; below 0.7 the cause counts as not told. A healthy record of the same machine replaces general thresholds.
 
     With a case the likeliest hypotheses, worn flanks and worn bushes are simulated in three severities at the speed of the
     record, through the same rig, and the features of these records (levels, lines, sidebands, indices, envelopes) compared with
@@ -137,40 +138,30 @@ def diagnose(
             "members", members, NOT_SIMULATED, "Give the case, without quick, or leave it out"
         )
     taken, found, spectrum = _prepared("record", chosen, machine, speed)
-    before = None
+    before = earlier = None
     if healthy is not None:
         sound = _channel("healthy", healthy, channel)
         steady = None if isinstance(speed, (Channel, ShaftAngle)) else speed
         nominal = steady if steady is not None else TWO_PI * found.frequency
         before = measured_with_lines(sound, machine, nominal)
-    result = measured(taken, machine, found, before[0] if before is not None else None)
-    every = ranked(machine, result, before[0] if before is not None else None)
+        earlier = before[0]
+    result = measured(taken, machine, found, earlier)
+    every = ranked(machine, result, earlier)
     low, high = _band(every[0], result)
-    named, shown = _lines(taken, result, machine, spectrum, (low, high))
+    first = (every[0].place, every[0].kind)
+    placed = {first: result.bearings[first].frequency} if first in result.bearings else {}
+    named, shown = _lines(taken, result, machine, spectrum, (low, high), placed)
     old = _healthy_lines(before, machine, (low, high)) if before is not None else {}
     checks = Checks()
     if built is not None and not quick:
         checks = checked(
-            taken, before[1] if before is not None else None, built, instruments, machine, found,
-            before[0].speed if before is not None else found, every,
+            taken, before[1] if before is not None else None, built, instruments, machine, result.speed,
+            earlier.speed if earlier is not None else result.speed, every,
             members=members or MEMBERS, threads=threads, progress=progress, stop=stop,
         )  # fmt: skip
         every = revised(every, checks)
     source = record.source if isinstance(record, Record) and record.source else chosen.name
-    return Diagnosis(
-        dataset_of(
-            source,
-            taken,
-            machine,
-            result,
-            before[0] if before is not None else None,
-            every,
-            named,
-            old,
-            shown,
-            checks,
-        )
-    )
+    return Diagnosis(dataset_of(source, taken, machine, result, earlier, every, named, old, shown, checks))
 
 
 def measured_with_lines(
@@ -270,7 +261,12 @@ def _band(first: Hypothesis, result: Measures) -> tuple[float, float]:
 
 
 def _lines(
-    channel: Channel, result: Measures, machine: Machine, spectrum: Any, band: tuple[float, float]
+    channel: Channel,
+    result: Measures,
+    machine: Machine,
+    spectrum: Any,
+    band: tuple[float, float],
+    placed: Mapping[Key, float] | None = None,
 ) -> tuple[list[NamedLine], dict[str, Any]]:
     """Return the named lines of spectrum and envelope, and both spectra as far as they are shown."""
     named = named_spectrum(spectrum.frequency, spectrum.amplitude, machine, result.speed)
@@ -280,7 +276,7 @@ def _lines(
     made = envelope(result.rest, low, high).channel
     beat = averaged_spectrum(made, window="hann", segment=made.size)
     inside = beat.frequency <= 0.5 * (high - low)
-    beats = named_envelope(beat.frequency[inside], beat.values[inside], machine, result.speed)
+    beats = named_envelope(beat.frequency[inside], beat.values[inside], machine, result.speed, placed)
     shown = {"frequency": spectrum.frequency, "spectrum": spectrum.amplitude, "low": low, "high": high,
              "envelope_frequency": beat.frequency[inside], "envelope": beat.values[inside]}  # fmt: skip
     return [*named, *beats], shown

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from gearplay.diagnosis.bearing_combs import PARTS
 from gearplay.diagnosis.checks import Checks
 from gearplay.diagnosis.hypotheses import MODULATION, Hypothesis, look_alike, on_a_turn
 from gearplay.diagnosis.machine import Machine
-from gearplay.diagnosis.measures import PARTS, Measures
+from gearplay.diagnosis.measures import Measures
 from gearplay.diagnosis.planetary_measures import APART, SetMeasure
 from gearplay.diagnosis.planetary_set import PlanetarySet
 from gearplay.diagnosis.separation import LEAST_TURNS

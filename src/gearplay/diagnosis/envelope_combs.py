@@ -22,6 +22,10 @@ FALSE_ALARM: Final = 1e-4
 """Probability that noise alone reaches the sum of prominences called chance."""
 LEAST_LINES: Final = 64
 """Lines of the record that a band must hold."""
+STANDS: Final = 7.0
+"""Prominence from which a line stands out: noise reaches it once in a thousand lines."""
+FLANK: Final = 4
+"""Most lines to either side of a peak that belong to it: two of the window, and as many where elements slip."""
 
 
 @dataclass(frozen=True)
@@ -96,13 +100,15 @@ def best_comb(
     *,
     search: float = 0.0,
     without: Floats | None = None,
+    peaks: Floats | None = None,
     balanced: Literal["multiples", "lines"] | None = None,
 ) -> Comb:
     """Return the comb of greatest prominence over all bands, its frequency within ``frequency`` (1 -+ ``search``) [Hz].
 
     ``pattern`` holds for each line its multiple of the frequency and an offset [Hz]; lines nearer than 1.5 bins to one of
-    ``without`` [Hz], which belong to another source, do not count. ``balanced`` counts the highest of the
-    multiples, each with its offsets, or of the lines at most as much as all others together.
+    ``without`` [Hz], which belong to another source, do not count; nor does what stands out at ``peaks`` [Hz], as far as it
+    falls off. ``balanced`` counts the highest of the multiples, each with its offsets, or of the lines at most as much as all
+    others together.
     """
     best = Comb(frequency, 0.0, 1.0, 0.0)
     for band in bands:
@@ -120,6 +126,8 @@ def best_comb(
         total = np.zeros(trial.size)
         shares: dict[float | tuple[float, float], Floats] = {}
         prominence = np.minimum(band.prominence, 1e5)
+        if peaks is not None:
+            prominence = np.where(_peaks(peaks / band.resolution, band.prominence), 0.0, prominence)
         taken = _taken(without, band) if without is not None else None
         for k, offset in usable:
             at = np.rint((k * trial + offset) / band.resolution).astype(int)
@@ -134,7 +142,7 @@ def best_comb(
             balanced == "lines" and len(shares) > 1
         ):  # one alone may be of any comb
             total = np.minimum(total, 2.0 * (total - np.max([*shares.values()], axis=0)))
-        at_best = int(np.argmax(total))
+        at_best = _middle(total)
         chance = _chance(len(usable), count * len(bands))
         if total[at_best] / chance > best.height:
             places = np.array([round((k * trial[at_best] + o) / band.resolution) for k, o in usable])
@@ -153,6 +161,13 @@ def best_comb(
     return best
 
 
+def _middle(total: Floats) -> int:
+    """Return the middle of the first run of greatest values: neighbouring trials meet the same lines."""
+    first = int(np.argmax(total))
+    below = np.flatnonzero(total[first:] < total[first])
+    return first + (int(below[0]) if below.size else total.size - first) // 2
+
+
 def _chance(lines: int, trials: int) -> float:
     """Return the limit of a sum of prominences that noise exceeds in any of the trials with probability `FALSE_ALARM`.
 
@@ -169,4 +184,24 @@ def _taken(without: Floats, band: BandEnvelope) -> NDArray[np.bool_]:
     places = without[without < band.resolution * (found.size - 2)] / band.resolution
     for shift in (-1.0, 0.0, 1.0):
         found[np.clip(np.rint(places + shift).astype(int), 0, found.size - 1)] = True
+    return found
+
+
+def _peaks(places: Floats, prominence: Floats) -> NDArray[np.bool_]:
+    """Return which lines are peaks within one line of ``places`` [lines] that stand out, down to the next minimum."""
+    found = np.zeros(prominence.size, dtype=bool)
+    for at in np.unique(np.rint(places).astype(int)):
+        if not 1 < at < prominence.size - 2:
+            continue
+        top = int(at - 1 + np.argmax(prominence[at - 1 : at + 2]))
+        if prominence[top] < STANDS:
+            continue
+        for step in (-1, 1):
+            k = top
+            found[k] = True
+            while (
+                0 < k < prominence.size - 1 and abs(k - top) < FLANK and prominence[k + step] < prominence[k]
+            ):
+                k += step
+                found[k] = True
     return found

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from gearplay.diagnosis.bearing_combs import PARTS, SLIP, coincide, strongest_line
 from gearplay.diagnosis.machine import Machine
-from gearplay.diagnosis.measures import PARTS, SLIP, Measures
+from gearplay.diagnosis.measures import Measures
 
 HEALTHY: Final = "no damage that this record shows"
 RATTLE: Final = "rattle of the flanks"
@@ -250,13 +251,13 @@ def _holds_lines_of(one: Hypothesis, other: Hypothesis) -> bool:
 
 
 def look_alike(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
-    """Return whether the strongest lines of two bearing parts may coincide: within the slip, or as multiples."""
-    if _holds_lines_of(one, other) or _holds_lines_of(other, one):
-        return True
-    first, second = (_strongest_line(machine, each) for each in (one, other))
+    """Return whether the strongest lines of two parts of bearings, or teeth, may coincide: within the slip, or as multiples."""
+    if one.kind in PARTS and other.kind in PARTS:
+        return coincide(machine, (one.place, one.kind), (other.place, other.kind))
+    ratio = _strongest_line(machine, other) / _strongest_line(machine, one)
     if not {one.kind, other.kind} & {*PARTS}:  # teeth do not slip
-        return any(abs(k * second / first - 1.0) < 1e-3 for h in (1.0, 2.0, 3.0, 4.0) for k in (h, 1.0 / h))
-    return any(abs(k * second / first - 1.0) < 1.25 * SLIP for k in (0.5, 1.0, 2.0))
+        return any(abs(k * ratio - 1.0) < 1e-3 for h in (1.0, 2.0, 3.0, 4.0) for k in (h, 1.0 / h))
+    return any(abs(k * ratio - 1.0) < 1.25 * SLIP for k in (0.5, 1.0, 2.0))
 
 
 def has_lines(machine: Machine, h: Hypothesis) -> bool:
@@ -274,24 +275,15 @@ def _has_twin(machine: Machine, one: Hypothesis, every: list[Hypothesis]) -> boo
 
 
 def on_a_turn(machine: Machine, found: Measures, h: Hypothesis) -> bool:
-    """Return whether the lines of a bearing part are multiples of a shaft's frequency, which other sources excite too."""
+    """Return whether the lines of a bearing part are, to a line of the envelope, multiples of a turn, which others excite too."""
     if h.kind not in PARTS:
         return False
     f, comb = found.speed.frequency, found.bearings[h.place, h.kind]
     line = comb.frequency * (2.0 if h.kind == "element" else 1.0)
     turns = [k * shaft.order * f for shaft in machine.shafts for k in range(1, 7)]
-    return any(abs(line - turn) * found.rest.duration < 1.5 for turn in turns)
+    return any(abs(line - turn) * found.rest.duration < 1.0 for turn in turns)
 
 
 def _strongest_line(machine: Machine, h: Hypothesis) -> float:
     """Return the order of the strongest envelope line of a part of a bearing, or of a tooth of a planetary set."""
-    if h.kind not in PARTS:
-        return machine.gears[h.place].order
-    bearing = machine.bearings[h.place]
-    order, times = {
-        "outer": ("bpfo", 1.0),
-        "inner": ("bpfi", 1.0),
-        "element": ("bsf", 2.0),
-        "cage": ("ftf", 1.0),
-    }[h.kind]
-    return times * bearing.order * float(getattr(bearing.orders, order))
+    return strongest_line(machine, (h.place, h.kind)) if h.kind in PARTS else machine.gears[h.place].order

@@ -9,8 +9,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.diagnosis.bearing_combs import bearing_combs, turns_of_envelopes
 from gearplay.diagnosis.envelope_combs import BandEnvelope, Comb, band_envelopes, best_comb
-from gearplay.diagnosis.machine import Bearing, Gear, Machine
+from gearplay.diagnosis.machine import Gear, Machine
 from gearplay.diagnosis.planetary_measures import SetMeasure, set_measure, tooth_pattern
 from gearplay.diagnosis.separation import Separation, ShaftAverage, separated
 from gearplay.diagnosis.shaft_speed import FoundSpeed
@@ -22,9 +23,6 @@ from gearplay.signals.statistics import SignalStatistics, signal_statistics
 
 Floats = NDArray[np.float64]
 
-SLIP: Final = 0.02
-"""Relative half width of the search for lines of a bearing, whose elements slip."""
-PARTS: Final = {"outer": "outer ring", "inner": "inner ring", "element": "rolling element", "cage": "cage"}
 MODULATED: Final = 4
 """Mesh harmonics whose sidebands are taken together."""
 CARRIER: Final = 4.0
@@ -88,27 +86,22 @@ def measured(
         if (found := _gear(gear, parts, earlier.get(k))) is not None
     }
     fastest = max((each.order for each in machine.shafts), default=1.0) * f
-    bearings = {(k, part): f * b.order * getattr(b.orders, name)
-                for k, b in enumerate(machine.bearings)
-                for part, name in (("outer", "bpfo"), ("inner", "bpfi"), ("element", "bsf"), ("cage", "ftf"))}  # fmt: skip
-    bands = band_envelopes(parts.rest, 8.0 * max([fastest, *(0.6 * each for each in bearings.values())]))
+    lines = [
+        f * b.order * order
+        for b in machine.bearings
+        for order in (b.orders.bpfo, b.orders.bpfi, b.orders.bsf)
+    ]
+    bands = band_envelopes(parts.rest, 8.0 * max([fastest, *(0.6 * each for each in lines)]))
+    if not speed.known:
+        speed = turns_of_envelopes(bands, machine, speed)
+        f = speed.frequency
     events = _tooth_events(machine, bands, f)
     # A shaft whose own turn stands in the envelope of the rest, by gears or a load, has its multiples there too.
-    turning = [each for each in machine.shafts if speed.known and _stands(bands, each.order * f)]
+    turning = [each for each in machine.shafts if speed.seen and _stands(bands, each.order * f)]
     taken = np.array(
         [k * each.order * f for each in turning for k in range(1, 11)] + _lines_of(machine, events, f)
     )
-    combs = {
-        key: best_comb(
-            bands,
-            line,
-            _pattern(machine.bearings[key[0]], key[1], f),
-            search=SLIP,
-            without=taken,
-            balanced="lines",
-        )
-        for key, line in bearings.items()
-    }
+    combs = bearing_combs(bands, machine, f, taken)
     loudest = max(bands, key=lambda band: band.kurtosis, default=None)
     band = (loudest.low, loudest.high) if loudest is not None else (0.0, 0.0)
     mean = float(np.var(channel.values))
@@ -185,19 +178,6 @@ def _of_sets(channel: Channel, machine: Machine, f: float, parts: Separation) ->
         set_measure(each, spectrum, f, parts.of(each.shaft) if ring else None)
         for each, ring in zip(machine.sets, standing, strict=True)
     )
-
-
-def _pattern(bearing: Bearing, part: str, f: float) -> list[tuple[float, float]]:
-    """Return the lines of a defect: multiples of its frequency, and modulation by shaft, cage or carrier as offsets [Hz]."""
-    turn, carrier = bearing.order * f, bearing.carrier * f
-    if carrier > 0.0 and part not in ("element", bearing.turning):
-        return [(h, offset) for h in (1.0, 2.0, 3.0) for offset in (0.0, -carrier, carrier)]
-    if part == bearing.turning:  # the load zone is passed once a turn
-        return [(1.0, 0.0), (2.0, 0.0), (1.0, -turn), (1.0, turn), (2.0, -turn), (2.0, turn)]
-    if part == "element":  # it meets both rings, its load changes with the cage
-        cage = turn * bearing.orders.ftf
-        return [(1.0, 0.0), (2.0, 0.0), (4.0, 0.0), (2.0, -cage), (2.0, cage), (4.0, -cage)]
-    return [(float(k), 0.0) for k in (range(1, 7) if part == "cage" else range(1, 5))]
 
 
 def _gear(gear: Gear, parts: Separation, earlier: Floats | None) -> GearMeasure | None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.diagnosis.bearing_combs import ORDERS, SIDEBANDS, Key
 from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.shaft_speed import FoundSpeed, floor_of
 
@@ -70,13 +71,17 @@ def _sideband(name: str, h: int, n: int) -> str:
     return f"{_times(h, f'mesh {name}')} {'+' if n > 0 else '-'} {_times(abs(n), f'carrier of {name}')}"
 
 
-def envelope_names(machine: Machine, f: float) -> dict[str, float]:
-    """Return the lines of interest of an envelope spectrum [Hz]: bearings with multiples and modulation, shafts, meshes."""
+def envelope_names(machine: Machine, f: float, placed: Mapping[Key, float] | None = None) -> dict[str, float]:
+    """Return the lines of interest of an envelope spectrum [Hz]: bearings with multiples and modulation, shafts, meshes.
+
+    ``placed`` has frequencies [Hz] of parts of bearings as they were found, in place of the kinematic ones.
+    """
     found: dict[str, float] = {}
-    for bearing in machine.bearings:
+    for k, bearing in enumerate(machine.bearings):
         turn, ring = bearing.order * f, "BPFI" if bearing.turning == "inner" else "BPFO"
         suffix = f" of {bearing.name}" if len(machine.bearings) > 1 else ""
         lines = bearing.orders.frequencies(turn)
+        lines |= {ORDERS[part].upper(): at for (where, part), at in (placed or {}).items() if where == k}
         for name in ("BPFO", "BPFI", "BSF", "FTF"):
             for h in (1, 2, 3, 4):
                 found[_times(h, name) + suffix] = h * lines[name]
@@ -142,47 +147,88 @@ def named_spectrum(
 
 
 def named_envelope(
-    frequency: Floats, amplitude: Floats, machine: Machine, speed: FoundSpeed
+    frequency: Floats,
+    amplitude: Floats,
+    machine: Machine,
+    speed: FoundSpeed,
+    placed: Mapping[Key, float] | None = None,
 ) -> list[NamedLine]:
-    """Return the lines of interest of an envelope spectrum, and its strongest peaks with their names; bearings slip."""
+    """Return the lines of interest of an envelope spectrum, and its strongest peaks with their names; bearings slip.
+
+    Lines of the parts in ``placed`` are sought where these were found [Hz], not within the slip, and have their peaks first.
+    """
     wanted = envelope_names(machine, speed.frequency)
     plain = 0.0 if speed.known else 0.02
     slips = {name: 0.015 if any(word in name for word in ("BPF", "BSF", "FTF")) else plain for name in wanted}
-    lines = _named(frequency, amplitude, wanted, wanted, "envelope", slips, 0.01)
-    return _with_multiples(lines, machine, float(frequency[1] - frequency[0]))
+    places = envelope_names(machine, speed.frequency, placed)
+    slips |= {name: 0.002 for name, place in places.items() if place != wanted[name]}
+    lines = _named(frequency, amplitude, wanted, places, "envelope", slips, 0.01, places)
+    return _with_multiples(lines, machine, speed.frequency, float(frequency[1] - frequency[0]), placed or {})
 
 
-def _with_multiples(lines: list[NamedLine], machine: Machine, resolution: float) -> list[NamedLine]:
-    """Return the lines of an envelope with peaks named that are high multiples of a bearing's line as it was found.
+def _with_multiples(
+    lines: list[NamedLine], machine: Machine, f: float, resolution: float, placed: Mapping[Key, float]
+) -> list[NamedLine]:
+    """Return the lines of an envelope with peaks named that are further multiples or sidebands of a bearing's line as found.
 
-    The line's frequency is that of the highest multiple found, of two at least, so that its slip does not matter.
+    The line's frequency is that of the highest multiple found, of two at least, so that its slip does not matter. Peaks of
+    other parts, which slip may put there, are those of a part in ``placed``.
     """
     at = {line.name: line.frequency for line in lines if not math.isnan(line.frequency)}
-    bases: dict[str, tuple[int, float]] = {}
-    for bearing in machine.bearings:
+    bases: list[tuple[str, str, int, float, float, bool]] = []
+    for k, bearing in enumerate(machine.bearings):
         suffix = f" of {bearing.name}" if len(machine.bearings) > 1 else ""
-        for name in ("BPFO", "BPFI", "BSF"):
+        ring = "BPFI" if bearing.turning == "inner" else "BPFO"
+        for part in ("outer", "inner", "element"):
+            name = ORDERS[part].upper()
             seen = [h for h in (1, 2, 3, 4) if _times(h, name) + suffix in at]
             if len(seen) > 1:
-                bases[name + suffix] = seen[-1], at[_times(seen[-1], name) + suffix] / seen[-1]
+                base = at[_times(seen[-1], name) + suffix] / seen[-1]
+                turn = bearing.order * f if name == ring else 0.0
+                bases.append((name, suffix, seen[-1], base, turn, (k, part) in placed))
+    bases.sort(key=lambda each: not each[-1])
     named = []
     for line in lines:
-        for name, (most, base) in bases.items():
-            h = round(line.frequency / base) if line.name == UNNAMED else 0
-            if h > 4 and abs(line.frequency - h * base) <= max(1.5, 0.5 * h / most) * resolution:
-                line = replace(line, name=_times(h, name), expected=h * base)
-        named.append(line)
+        found = line
+        for name, suffix, most, base, turn, first in bases:
+            other = any(word in found.name for word in ("BPF", "BSF", "FTF")) and name not in found.name
+            if math.isnan(line.frequency) or not (found.name == UNNAMED or (first and other)):
+                continue
+            for h, m in _nearest(line.frequency, base, turn):
+                place = h * base + m * turn
+                if abs(line.frequency - place) <= max(1.5, 0.5 * h / most) * resolution:
+                    beside = f" {'+' if m > 0 else '-'} {_times(abs(m), 'turn')}" if m else ""
+                    found = replace(line, name=_times(h, name) + beside + suffix, expected=place)
+                    break
+        named.append(found)
+        if found is not line and line.name != UNNAMED:
+            named.append(replace(line, frequency=math.nan))
     return named
 
 
-def _each_once(lines: list[NamedLine]) -> list[NamedLine]:
-    """Return the lines, each peak once: under the name whose expected frequency is nearest."""
-    nearest: dict[float, NamedLine] = {}
+def _nearest(frequency: float, base: float, turn: float) -> list[tuple[int, int]]:
+    """Return multiples with sidebands that may explain a peak, the nearest to the multiple first; `envelope_names` has others."""
+    h = round(frequency / base)
+    found = [(h, 0)] if h > 4 else []
+    if turn > 0.0:
+        near = [(k, round((frequency - k * base) / turn)) for k in (h, h + 1, h - 1) if k > 0]
+        found += sorted(((k, m) for k, m in near if 0 < abs(m) <= SIDEBANDS), key=lambda each: abs(each[1]))
+    return found
+
+
+def _each_once(lines: list[NamedLine], wanted: dict[str, float], sought: dict[str, float]) -> list[NamedLine]:
+    """Return the lines, each peak once: under a name that was placed, else under the one that was sought nearest."""
+
+    def rank(line: NamedLine) -> tuple[bool, float]:
+        place = sought[line.name]
+        return place == wanted[line.name], abs(line.frequency - place)
+
+    first: dict[float, NamedLine] = {}
     for line in lines:
-        other = nearest.get(line.frequency)
-        if other is None or abs(line.frequency - line.expected) < abs(other.frequency - other.expected):
-            nearest[line.frequency] = line
-    return [line for line in lines if math.isnan(line.frequency) or nearest[line.frequency] is line]
+        other = first.get(line.frequency)
+        if other is None or rank(line) < rank(other):
+            first[line.frequency] = line
+    return [line for line in lines if math.isnan(line.frequency) or first[line.frequency] is line]
 
 
 def _named(
@@ -193,17 +239,18 @@ def _named(
     domain: str,
     slips: dict[str, float],
     slip: float,
+    places: dict[str, float] | None = None,
 ) -> list[NamedLine]:
+    """Return the lines of ``wanted``, sought near ``places`` where these differ, and the strongest peaks by ``known`` names."""
+    sought = wanted if places is None else places
     resolution = float(frequency[1] - frequency[0])
     power = amplitude**2
     level = np.sqrt(floor_of(power))
     lines = []
     for name, expected in wanted.items():
-        margin = max(1.5 * resolution, slips[name] * expected)
-        first, last = (
-            math.ceil((expected - margin) / resolution),
-            math.floor((expected + margin) / resolution),
-        )
+        place = sought[name]
+        margin = max(1.5 * resolution, slips[name] * place)
+        first, last = math.ceil((place - margin) / resolution), math.floor((place + margin) / resolution)
         if first < 2 or last > amplitude.size - 2:
             continue
         at = first + int(np.argmax(amplitude[first : last + 1]))
@@ -212,9 +259,9 @@ def _named(
         there = height >= FOUND and is_peak
         lines.append(NamedLine(name, domain, expected, float(frequency[at]) if there else math.nan,
                                float(amplitude[at]), height))  # fmt: skip
-    lines = _each_once(lines)
+    lines = _each_once(lines, wanted, sought)
     taken = {each.frequency for each in lines}
-    names, places = list(known), np.array(list(known.values())) if known else np.zeros(0)
+    names, near = list(known), np.array(list(known.values())) if known else np.zeros(0)
     tops = [k for k in range(2, amplitude.size - 1) if amplitude[k - 1] < amplitude[k] >= amplitude[k + 1]]
     tops = sorted((k for k in tops if amplitude[k] >= FOUND * level[k]), key=lambda k: -amplitude[k])[
         :STRONGEST
@@ -224,10 +271,10 @@ def _named(
         if at_frequency in taken:
             continue
         name, expected = UNNAMED, math.nan
-        if places.size:
-            nearest = int(np.argmin(np.abs(places - at_frequency)))
-            if abs(places[nearest] - at_frequency) <= max(1.5 * resolution, slip * at_frequency):
-                name, expected = names[nearest], float(places[nearest])
+        if near.size:
+            nearest = int(np.argmin(np.abs(near - at_frequency)))
+            if abs(near[nearest] - at_frequency) <= max(1.5 * resolution, slip * at_frequency):
+                name, expected = names[nearest], float(near[nearest])
         lines.append(
             NamedLine(
                 name, domain, expected, at_frequency, float(amplitude[k]), float(amplitude[k] / level[k])

@@ -31,7 +31,10 @@ NO_LINE: Final = (
 
 @dataclass(frozen=True)
 class FoundSpeed:
-    """Speed of the first shaft [Hz], its standard uncertainty [Hz], and ``source``: "mesh", "shaft", "nominal" or "measured"."""
+    """Speed of the first shaft [Hz], its standard uncertainty [Hz], and ``source``.
+
+    That is "mesh", "shaft", "measured", "envelope" (turns in an envelope, too coarse for averages over turns) or "nominal".
+    """
 
     frequency: float
     uncertainty: float
@@ -39,7 +42,12 @@ class FoundSpeed:
 
     @property
     def known(self) -> bool:
-        """Whether the lines of the record, or a speed channel, fix the speed."""
+        """Whether the lines of the spectrum, or a speed channel, fix the speed."""
+        return self.source not in ("nominal", "envelope")
+
+    @property
+    def seen(self) -> bool:
+        """Whether the record shows the speed, if only in an envelope."""
         return self.source != "nominal"
 
 
@@ -72,7 +80,7 @@ def found_speed(spectrum: Spectrum, machine: Machine, nominal: float) -> FoundSp
             continue
         beside = np.array([o for o in more if low < o * nominal < top])
         at = _best(spectrum, orders, beside, nominal)
-        found = _located(spectrum, orders, at)
+        found = located(spectrum, orders, at)
         if found is not None:
             return FoundSpeed(*found, source)
     return FoundSpeed(nominal, 0.02 * nominal, "nominal")
@@ -95,7 +103,7 @@ def _best(spectrum: Spectrum, orders: Floats, beside: Floats, nominal: float) ->
     return float(speeds[int(np.argmax(total))])
 
 
-def _located(spectrum: Spectrum, orders: Floats, speed: float) -> tuple[float, float] | None:
+def located(spectrum: Spectrum, orders: Floats, speed: float) -> tuple[float, float] | None:
     """Return speed and uncertainty [Hz] from the prominent lines, None without any."""
     power = spectrum.amplitude**2
     level = np.sqrt(floor_of(power))

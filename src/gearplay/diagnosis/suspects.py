@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from gearplay.diagnosis.bearing_combs import PARTS
 from gearplay.diagnosis.hypotheses import Hypothesis
 from gearplay.diagnosis.machine import Machine
-from gearplay.diagnosis.measures import PARTS
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
 from gearplay.parts.bearing.faults import touching
