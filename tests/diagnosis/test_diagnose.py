@@ -11,6 +11,8 @@ import pytest
 import gearplay as gp
 from gearplay.diagnosis.hypotheses import HEALTHY, TOLD
 from gearplay.diagnosis.machine import machine_of_case, machine_of_teeth
+from gearplay.diagnosis.named_lines import named_envelope, named_spectrum
+from gearplay.diagnosis.shaft_speed import FoundSpeed
 from machine_records import BEARINGS, CONDITIONS, NAMES, bearing_record, event_times, machine_record, ringing
 
 PAIR = {"teeth": "23:61", "bearings": BEARINGS, "speed": "1500 rpm"}
@@ -220,6 +222,23 @@ def test_a_simulated_rattle__is_named() -> None:
     found = gp.diagnose(record_of(result), case="han2021", channel="ring.ax", quick=True)
     assert found.hypotheses()[0]["name"] == "rattle of the flanks"
     assert any("bush" in sentence for sentence in found.cannot_be_told)
+
+
+def test_multiples_of_a_turn__have_its_name_where_they_are_well_apart() -> None:
+    """A quiet floor with lines at twelve and seventeen turns and between two; with bins of an eighth of a turn none is named."""
+    machine, turn = machine_of_teeth("23:47"), 15.0
+    speed = FoundSpeed(turn, 1e-3, "shaft")
+    for bin_width, names in (
+        (0.5, {"12 x turn of shaft 1", "17 x turn of shaft 1", "unnamed"}),
+        (2.5, {"unnamed"}),
+    ):
+        frequency = bin_width * np.arange(2000)
+        amplitude = 1e-3 * np.random.default_rng(5).rayleigh(size=frequency.size)
+        for place in (12.0, 17.0, 13.4):
+            amplitude[round(place * turn / bin_width)] = 1.0
+        for named in (named_envelope, named_spectrum):
+            found = named(frequency, amplitude, machine, speed)
+            assert {line.name for line in found if line.amplitude == 1.0} == names
 
 
 def test_machine__of_a_case_and_of_its_teeth_are_one() -> None:

@@ -20,6 +20,10 @@ FOUND: Final = 4.0
 """Amplitude over the median around, from which a line is there."""
 STRONGEST: Final = 12
 """Strongest peaks that are named, too."""
+MOST_TURNS: Final = 40
+"""Highest multiple of a shaft's turn by which a peak is named."""
+APART: Final = 8
+"""Bins between multiples of a turn, from which on a peak is named by one: chance puts a quarter of peaks on one."""
 UNNAMED: Final = "unnamed"
 
 
@@ -135,7 +139,7 @@ def named_spectrum(
     f = speed.frequency
     slip = 0.0 if speed.known else 0.02
     wanted = spectrum_names(machine, f)
-    return _named(
+    lines = _named(
         frequency,
         amplitude,
         wanted,
@@ -144,6 +148,7 @@ def named_spectrum(
         dict.fromkeys(wanted, slip),
         slip,
     )
+    return _with_turns(lines, machine, f, float(frequency[1] - frequency[0]))
 
 
 def named_envelope(
@@ -163,7 +168,25 @@ def named_envelope(
     places = envelope_names(machine, speed.frequency, placed)
     slips |= {name: 0.002 for name, place in places.items() if place != wanted[name]}
     lines = _named(frequency, amplitude, wanted, places, "envelope", slips, 0.01, places)
-    return _with_multiples(lines, machine, speed.frequency, float(frequency[1] - frequency[0]), placed or {})
+    f, resolution = speed.frequency, float(frequency[1] - frequency[0])
+    return _with_turns(_with_multiples(lines, machine, f, resolution, placed or {}), machine, f, resolution)
+
+
+def _with_turns(lines: list[NamedLine], machine: Machine, f: float, resolution: float) -> list[NamedLine]:
+    """Return lines with the peaks without a name named that are multiples of a shaft's turn, where these are well apart."""
+    turns = [
+        (shaft.name, shaft.order * f) for shaft in machine.shafts if shaft.order * f >= APART * resolution
+    ]
+    named = []
+    for line in lines:
+        found = line
+        for name, turn in turns if line.name == UNNAMED else ():
+            h = round(line.frequency / turn)
+            if 0 < h <= MOST_TURNS and abs(line.frequency - h * turn) <= resolution:
+                found = replace(line, name=_times(h, f"turn of {name}"), expected=h * turn)
+                break
+        named.append(found)
+    return named
 
 
 def _with_multiples(
