@@ -68,22 +68,25 @@ def check_case(case: Source) -> list[Finding]:
     found += backlash_findings(case)
     found += amplitude_findings(case.operating)
     found += [Finding("note", path, f"{words}.") for path, words in thermal_changes(case).items()]
-    found = _with_accepted(case, found)
-    return sorted(found, key=lambda finding: finding.severity != "warning")
+    found = _with_accepted(case, [each._replace(path=case.settable_path(each.path)) for each in found])
+    return sorted(dict.fromkeys(found), key=lambda finding: finding.severity != "warning")
 
 
 def _with_accepted(case: Case, found: list[Finding]) -> list[Finding]:
     """Return findings with the warnings of accepted paths as notes, and a warning for each accepted path without one."""
+    fields = {case.settable_path(path): path for path in case.accepted}
     warned = {each.path for each in found if each.severity == "warning"}
     accepted = [
         Finding("note", each.path, f"{each.message} Accepted by the case.")
-        if each.severity == "warning" and each.path in case.accepted
+        if each.severity == "warning" and each.path in fields
         else each
         for each in found
     ]
     words = "names a field without a warning. Remove it."
     return accepted + [
-        Finding("warning", "accepted", f"{path} {words}") for path in case.accepted if path not in warned
+        Finding("warning", "accepted", f"{path} {words}")
+        for field, path in fields.items()
+        if field not in warned
     ]
 
 
