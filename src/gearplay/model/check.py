@@ -63,11 +63,11 @@ def check_case(case: Source) -> list[Finding]:
     found += run_findings(case)
     found += damping_findings(case)
     found += pair_findings(case)
-    found += temperature_findings(case)
     found += set_findings(case)
     found += backlash_findings(case)
     found += amplitude_findings(case.operating)
     found += [Finding("note", path, f"{words}.") for path, words in thermal_changes(case).items()]
+    found += temperature_findings(case)  # the verdict is the last
     found = _with_accepted(case, [each._replace(path=case.settable_path(each.path)) for each in found])
     return sorted(dict.fromkeys(found), key=lambda finding: finding.severity != "warning")
 
