@@ -129,3 +129,22 @@ def test_assembled_faults_name_the_set() -> None:
     document["planetary"]["stage"]["planets"]["inertia"] = 0.0
     with pytest.raises(gp.InputError, match=r"^planetary\.stage\.planets\.inertia = 0\.0: [^\n]*$"):
         gp.simulate(document)
+
+
+@pytest.mark.parametrize("count", [4, 5, 7, 9])
+def test_advised_numbers_of_planets_are_all_that_can_be_built(count: int) -> None:
+    """Of 18/27/72 sun and ring allow the divisors of 90, the tips of the planets three at most."""
+    stage = planetary_document()["planetary"]["stage"]
+    stage |= {"module": 1e-3, "sun": stage["sun"] | {"teeth": 18}, "ring": stage["ring"] | {"teeth": 72}}
+
+    def refused(number: int) -> str:
+        planets = stage["planets"] | {"teeth": 27, "count": number}
+        try:
+            gp.load_case({"planetary": {"stage": stage | {"planets": planets}}, "run": {"duration": 0.01}})
+        except gp.InputError as error:
+            return str(error)
+        return ""
+
+    built = [number for number in range(1, 25) if not refused(number)]
+    assert built == [1, 2, 3]
+    assert f"Choose of {', '.join(map(str, built))} planets" in refused(count)
