@@ -44,7 +44,9 @@ def test_sampling_is_compared_with_terms_of_torques_and_ripples() -> None:
         ripple = drive | {"ripple": [{"order": order, "amplitude": 0.01}]}
         rate = 100.0 * turns
         found = said({f"rotors.{driver}.drive": ripple, "run.sampling": rate}, "wrong places")
-        assert any(f"the ripple of {driver}, {order * turns:.6g} Hz" in each for each in found) is (order == 64)
+        assert any(f"the ripple of {driver}, {order * turns:.6g} Hz" in each for each in found) is (
+            order == 64
+        )
 
 
 @pytest.mark.parametrize("gravity", [[0.0, 0.0], [0.0, -9.81]])
