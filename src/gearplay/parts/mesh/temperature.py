@@ -113,12 +113,12 @@ def _of_meshes(case: "Train", found: list[list[Left]]) -> Iterator[Finding]:
         texts.setdefault((jams, f"{1e6 * middle:.4g} um of normal backlash", " and ".join(words)), []).append(
             j
         )
-    for (jams, middle, words), alike in texts.items():
+    for (jams, whole, left), alike in texts.items():
         names = ", ".join(case.meshes[j].label for j in alike)
         yield Finding(
             "warning" if jams else "note",
             f"meshes.{alike[0]}.backlash",
-            f"of {middle} of {names} are left {words}"
+            f"of {whole} of {names} are left {left}"
             f"{': it jams there. Raise the backlash, or take materials that expand alike' if jams else ''}.",
         )
 
