@@ -88,6 +88,43 @@ def test_driven_coefficient__is_that_of_the_driven_gear() -> None:
     np.testing.assert_allclose(other["two", "left"], 3.0 * one["two", "left"], rtol=1e-12)
 
 
+def test_coefficient_of_0__is_a_side_that_does_not_wear() -> None:
+    """The other side wears as it does beside one that wears, since Archard's law has no term of both."""
+    wear = {"coefficient": 0.0, "driven_coefficient": K}
+    one, hard = (
+        flank_rates(motion, wearing_flanks(motion.case))[0]  # type: ignore[arg-type]
+        for motion in map(under_constant_load, (wearing_pair(), with_mesh({"wear": wear})))
+    )
+    assert np.all(hard["one", "left"] == 0.0)
+    np.testing.assert_array_equal(hard["two", "left"], one["two", "left"])
+    _, motion = bearing_motion(load_turns=False)
+    both = bush_rates(motion, "two")  # type: ignore[arg-type]
+    for factors, free in (((0.0, K), "journal"), ((K, 0.0), "bush")):
+        changed = {
+            f"sleeves.two.wear.{name}": k
+            for name, k in zip(("coefficient", "bush_coefficient"), factors, strict=True)
+        }
+        rates = bush_rates(motion._replace(case=gp.replace(motion.case, changed)), "two")  # type: ignore[arg-type]
+        assert np.all(rates[free] == 0.0)
+        other = "bush" if free == "journal" else "journal"
+        np.testing.assert_array_equal(rates[other], both[other])
+
+
+@pytest.mark.parametrize(
+    ("document", "field"),
+    [
+        (lambda: with_mesh({"wear": {"coefficient": 0.0}}), "driven_coefficient"),
+        (lambda: wearing_pair(sleeves={"two": {"wear": {"coefficient": 0.0, "bush_coefficient": 0.0}}}), "bush_coefficient"),
+    ],
+    ids=["flanks", "bush"],
+)  # fmt: skip
+def test_coefficients_of_0__of_both_sides_are_refused(document: Any, field: str) -> None:
+    with pytest.raises(
+        gp.InputError, match=rf"wear\.coefficient = 0\.0: must be greater than 0 m\^2/N unless {field} is"
+    ):
+        gp.load_case(document())
+
+
 def with_mesh(changes: Document, **more: Any) -> Document:
     """Return the pair with changes of its mesh."""
     document = wearing_pair(**more)

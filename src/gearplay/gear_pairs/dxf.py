@@ -135,7 +135,12 @@ def drawn_gears(case: Case) -> Mapping[str, DrawnGear]:
         pair = geometry.installed_pair(case, j)
         if math.isnan(pair.working_angle):
             rule = f"must be above {MM * pair.least_distance:.6g} mm for these teeth to mesh"
-            raise InputError.of(f"meshes.{j}", f"{MM * pair.distance:.6g} mm", rule, "Correct the positions")
+            raise InputError.of(
+                case.settable_path(f"meshes.{j}"),
+                f"{MM * pair.distance:.6g} mm",
+                rule,
+                "Correct the positions",
+            )
         arc = (
             0.5
             * (geometry.installed_backlash(case, j) - pair.backlash)

@@ -140,7 +140,9 @@ def _dataset(case: Case, j: int) -> xr.Dataset:
     pair = geometry.installed_pair(case, j)
     if math.isnan(pair.working_angle):
         rule = f"must be above {1e3 * pair.least_distance:.6g} mm for these teeth to mesh"
-        raise InputError.of(f"meshes.{j}", f"{1e3 * pair.distance:.6g} mm", rule, "Correct the positions")
+        raise InputError.of(
+            case.settable_path(f"meshes.{j}"), f"{1e3 * pair.distance:.6g} mm", rule, "Correct the positions"
+        )
     pitch, path = pair.first.base_pitch, pair.path
     places = np.linspace(path.start - 0.25 * pitch, path.end + 0.25 * pitch, PLACES)
     phases = np.linspace(0.0, 1.0, PHASES)

@@ -51,8 +51,7 @@ def bush_rates(result: Result, name: str) -> dict[str, Floats]:
         )
         counted = _whole_turns(case, name, turn - carried[0])
         rate = force * np.abs(spin - carried[1]) / (np.sum(counted) * members * wear.length)
-        factors = (wear.coefficient, wear.bush_coefficient or wear.coefficient)
-        for surface, frame, k in zip(SURFACES, (turn, carried[0]), factors, strict=True):
+        for surface, frame, k in zip(SURFACES, (turn, carried[0]), wear.coefficients, strict=True):
             found[surface] += k * _over_arc((towards - frame)[counted], rate[counted], wear.arc)
     return found
 

@@ -49,7 +49,7 @@ class Contact:
         mesh = case.meshes[self.mesh]
         assert mesh.wear is not None
         drives = geometry.gears_of_pair(case, self.mesh)[self.which] == mesh.driver
-        return mesh.wear.coefficient if drives else mesh.wear.driven_coefficient or mesh.wear.coefficient
+        return mesh.wear.coefficients[0 if drives else 1]
 
 
 Flanks = dict[tuple[str, str], list[Contact]]

@@ -22,6 +22,7 @@ from gearplay.parts.mesh.drawn_gears import drawn_faults, draws_deviations
 from gearplay.parts.mesh.relations import printed_faults
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.planetary.expansion import set_faults, with_members, without_members
+from gearplay.parts.planetary.paths import settable_path, settable_paths
 from gearplay.parts.protocol import Holder, Joint
 from gearplay.parts.rotor.schema import Rotor
 from gearplay.parts.sleeve.schema import Sleeve
@@ -211,6 +212,12 @@ class Case(Part):
         if not self.rotors:
             raise InputError(NO_ROTORS)
         self._check_pair()
+        with settable_paths(self):
+            self._check_parts()
+        return self
+
+    def _check_parts(self) -> None:
+        """Raise `InputError` for faults between valid parts."""
         faults = [
             *cross_faults(vars(self)),
             *set_faults(self.planetary, self.rotors),
@@ -228,7 +235,6 @@ class Case(Part):
             faults = drawn_faults(self)
         if faults:
             raise InputError(faults)
-        return self
 
     def _check_pair(self) -> None:
         """Refuse parts given in addition to a torsional pair that differ from the parts it expands to."""
@@ -286,10 +292,11 @@ class Case(Part):
 
     def field_path(self, rotor: str, *fields: str) -> str:
         """Return the path of a field of a rotor, which may be a member of a planetary set."""
-        part, _, member = rotor.partition(".")
-        if part not in self.planetary:
-            return join_path(["rotors", rotor, *fields])
-        return join_path(["planetary", part, "planets" if member.startswith("planet") else member, *fields])
+        return self.settable_path(join_path(["rotors", rotor, *fields]))
+
+    def settable_path(self, path: str) -> str:
+        """Return the path of the field that a user sets for one of a part, which may be of a planetary set."""
+        return settable_path(self, path)
 
     def resolved(self) -> dict[str, Any]:
         """Return every value, defaults included, as a JSON-able dictionary in SI.

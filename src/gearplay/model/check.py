@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from gearplay.model.case import Case
 from gearplay.model.check_run import run_findings
 from gearplay.model.check_start import start_findings
 from gearplay.model.expansion import thermal_changes
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import Source, load_case
+from gearplay.parts.drive.schema import SpeedDrive
 from gearplay.parts.mesh.check_backlash import backlash_findings, gyration_findings
 from gearplay.parts.mesh.check_damping import damping_findings
 from gearplay.parts.mesh.check_deviations import deviation_findings
@@ -19,7 +22,8 @@ from gearplay.parts.mesh.temperature import temperature_findings
 from gearplay.parts.mesh.train import geometry, rolling
 from gearplay.parts.mesh.train.massless import UNITS, massless
 from gearplay.parts.planetary.frequencies import set_findings
-from gearplay.parts.rotor.schema import Load, Rotor
+from gearplay.parts.protocol import Actuator
+from gearplay.parts.rotor.schema import Initial, Load, Rotor
 from gearplay.parts.sleeve.amplitude import amplitude_findings
 from gearplay.schema.finding import Finding
 
@@ -67,27 +71,30 @@ def findings_of(case: Case, packed: Packed) -> list[Finding]:
     found += run_findings(case)
     found += damping_findings(case)
     found += pair_findings(case)
-    found += temperature_findings(case)
     found += set_findings(case)
     found += backlash_findings(case)
     found += amplitude_findings(case.operating)
     found += [Finding("note", path, f"{words}.") for path, words in thermal_changes(case).items()]
-    found = _with_accepted(case, found)
-    return sorted(found, key=lambda finding: finding.severity != "warning")
+    found += temperature_findings(case)  # the verdict is the last
+    found = _with_accepted(case, [each._replace(path=case.settable_path(each.path)) for each in found])
+    return sorted(dict.fromkeys(found), key=lambda finding: finding.severity != "warning")
 
 
 def _with_accepted(case: Case, found: list[Finding]) -> list[Finding]:
     """Return findings with the warnings of accepted paths as notes, and a warning for each accepted path without one."""
+    fields = {case.settable_path(path): path for path in case.accepted}
     warned = {each.path for each in found if each.severity == "warning"}
     accepted = [
         Finding("note", each.path, f"{each.message} Accepted by the case.")
-        if each.severity == "warning" and each.path in case.accepted
+        if each.severity == "warning" and each.path in fields
         else each
         for each in found
     ]
     words = "names a field without a warning. Remove it."
     return accepted + [
-        Finding("warning", "accepted", f"{path} {words}") for path in case.accepted if path not in warned
+        Finding("warning", "accepted", f"{path} {words}")
+        for field, path in fields.items()
+        if field not in warned
     ]
 
 
@@ -123,6 +130,16 @@ def _elements(case: Case) -> Iterator[Finding]:
 
 
 def _excitation(case: Case) -> Iterator[Finding]:
+    if _rests(case):
+        name = next(name for name, rotor in case.rotors.items() if rotor.is_prescribed)
+        settle = ", so that gravity only settles what has play" if any(case.gravity) else ""
+        yield Finding(
+            "warning",
+            case.field_path(name, "drive", "speed"),
+            "nothing excites this case: every prescribed speed is 0, and no torque, no motion of the housing and no initial "
+            f"state moves a rotor{settle}. Give a speed.",
+        )
+        return
     if not case.meshes or any(case.gravity) or case.base is not None:
         return
     errors = any(term.amplitude != 0.0 for mesh in case.meshes for term in mesh.transmission_error)
@@ -141,6 +158,22 @@ def _excitation(case: Case) -> Iterator[Finding]:
             "no rotor has a load that resists the drive, so the teeth float in their backlash. "
             "Give load.torque, load.drag or load.friction.",
         )
+
+
+def _rests(case: Case) -> bool:
+    """Return whether all prescribed speeds of a case are 0 at all times and nothing else moves its rotors."""
+    rotors = case.rotors.values()
+    drives = [rotor.drive for rotor in rotors if rotor.drive is not None]
+    if case.base is not None or not drives or not all(map(_stops, drives)):
+        return False
+    moved = any(rotor.load.largest_torque() or rotor.initial != Initial() for rotor in rotors)
+    return not (moved or np.any(rolling.nominal_speeds(case)))
+
+
+def _stops(drive: Actuator) -> bool:
+    return (
+        isinstance(drive, SpeedDrive) and drive.speed == 0.0 and drive.ramp == 0.0 and drive.over_time is None
+    )
 
 
 def _resists(rotor: Rotor) -> bool:

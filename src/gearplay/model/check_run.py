@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -19,13 +20,45 @@ SETTLED = 0.25
 
 
 def run_findings(case: Case) -> Iterator[Finding]:
-    """Yield findings about the start of a valid case's run, and about teeth without losses."""
+    """Yield findings about sampling and start of a valid case's run, and about teeth without losses."""
+    yield from _sampling(case)
     if any(
         rolling.mesh_frequency(case, j) > 0.0 for j in range(len(case.meshes))
     ):  # else there is nothing to settle to
         yield from _transient(case)
         yield from _undamped(case)
         yield from _start_shock(case)
+
+
+def _sampling(case: Case) -> Iterator[Finding]:
+    """Compare the sampling with the lines that the case excites (Nyquist: f < sampling / 2)."""
+    lines = [(frequency, what) for frequency, what in _lines(case) if frequency >= 0.5 * case.run.sampling]
+    if not lines:
+        return
+    shown = [f"{what}, {frequency:.6g} Hz" for frequency, what in sorted(dict.fromkeys(lines))[:3]]
+    more = ", ..." if len(lines) > 3 else ""
+    yield Finding(
+        "warning",
+        "run.sampling",
+        f"{case.run.sampling:g} Hz shows frequencies below {0.5 * case.run.sampling:g} Hz. Beyond it, and so at wrong places "
+        f"of a spectrum, are: {'; '.join(shown)}{more}. Choose more than {2.0 * max(lines)[0]:.6g} Hz.",
+    )
+
+
+def _lines(case: Case) -> Iterator[tuple[float, str]]:
+    """Yield lines [Hz] with their names: mesh frequencies and their doubles, ripples, terms of torques."""
+    speeds = dict(zip(case.rotors, rolling.nominal_speeds(case).tolist(), strict=True))
+    for j in range(len(case.meshes)):
+        frequency = rolling.mesh_frequency(case, j)
+        if frequency > 0.0:
+            yield frequency, "the mesh frequency"
+            yield 2.0 * frequency, "twice the mesh frequency"
+    for name, rotor in case.rotors.items():
+        turns = abs(speeds[name]) / (2.0 * math.pi)
+        for ripple in getattr(rotor.drive, "ripple", ()):
+            yield ripple.order * turns, f"the ripple of {name}"
+        for term in (*rotor.load.terms, *getattr(rotor.drive, "terms", ())):
+            yield term.frequency or (term.order or 0.0) * turns, f"the torque on {name}"
 
 
 def _transient(case: Case) -> Iterator[Finding]:

@@ -136,7 +136,7 @@ def _shock(case: Case, path: str, words: str, rotors: set[str], omega: dict[str,
         if isinstance(drive, SpeedDrive)
     ]
     fields += [
-        join_path([table, n, "torsional_stiffness"])
+        case.settable_path(join_path([table, n, "torsional_stiffness"]))
         for table, n, part in case.every_holder()
         if n in train and part.holds_rotation()
     ]

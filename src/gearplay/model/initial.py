@@ -89,12 +89,12 @@ def _given_state(case: "Case", packed: Packed) -> tuple[Floats, Floats, _Seats]:
     return state, own, seats
 
 
-def _must_mesh(packed: Packed, meshes: int, y: Floats, memory: Floats) -> None:
+def _must_mesh(case: "Case", packed: Packed, y: Floats, memory: Floats) -> None:
     """Raise `InputError` where a mesh cannot be at state y."""
-    for j in range(meshes):
+    for j in range(len(case.meshes)):
         if math.isnan(gaps_of_mesh(packed, j, y, memory)[0]):
             raise InputError.of(
-                f"meshes.{j}",
+                case.settable_path(f"meshes.{j}"),
                 "initial positions",
                 "the teeth must be able to mesh at the start",
                 "Move initial.x, initial.y of its rotors nearer to 0.",
@@ -131,7 +131,7 @@ class Starts:
     """Initial states of a case's members, with their common data computed once."""
 
     def __init__(self, case: "Case", packed: Packed) -> None:
-        case = case.operating
+        self._case = case = case.operating
         names = list(case.rotors)
         self.packed = packed
         self._seed, self._is_drawn = case.run.seed, case.run.start == "drawn"
@@ -196,7 +196,7 @@ class Starts:
         )
         draw_starts(self.packed.system, self._touches.tree, draws)
         for m in np.flatnonzero(draws.sound == 0).tolist():
-            _must_mesh(self.packed, len(self._order), draws.starts[m], make_memory(self.packed.system))
+            _must_mesh(self._case, self.packed, draws.starts[m], make_memory(self.packed.system))
         return draws.starts
 
     def state(self, member: int) -> Floats:
@@ -212,7 +212,7 @@ class Starts:
         meshes, memory = len(self._order), make_memory(self.packed.system)
         if member == 0:
             y, _ = self._start(self._own, np.zeros(meshes), memory)
-            _must_mesh(self.packed, meshes, y, memory)
+            _must_mesh(self._case, self.packed, y, memory)
             return y
         if self._is_plain:
             drawn: Floats = self._drawn_states([member])[0]
@@ -231,7 +231,7 @@ class Starts:
             y, is_free = self._start(own, shares, memory)
             if is_free and self._is_sound(y, memory):
                 return y
-        _must_mesh(self.packed, meshes, y, memory)
+        _must_mesh(self._case, self.packed, y, memory)
         return y
 
     def _start(self, own: Floats, shares: Floats, memory: Floats) -> tuple[Floats, bool]:

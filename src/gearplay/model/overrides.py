@@ -9,6 +9,8 @@ from gearplay.model.case import Case
 from gearplay.model.item_names import LISTS, item_names, numbered
 from gearplay.model.toml_files import DEEPEST, plain_copy, text_depth
 from gearplay.model.wording import known_fields
+from gearplay.parts.planetary.expansion import TABLES, with_members
+from gearplay.parts.planetary.paths import settable_path
 from gearplay.parts.tables import HOLDERS
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path, shorten
 from gearplay.vocabulary.suggestions import did_you_mean
@@ -17,6 +19,7 @@ LONGEST: Final = 4096
 """Longest override [characters]."""
 
 _NAMED: Final = {name: name.capitalize() for name in ("rotors", *HOLDERS)} | {"planetary": "Planetary sets"}
+_LISTED: Final = ("faults", *LISTS)
 
 
 def parse_override(text: str) -> tuple[str, Any]:
@@ -53,6 +56,8 @@ def apply_change(document: dict[str, Any], path: str, value: Any) -> Fault | Non
     Tables that a file may leave out are created on the way; whether the last name is a field is checked in validation,
     which also suggests the nearest one.
     """
+    if (fault := _of_set(document, path)) is not None:
+        return fault
     parts = [part.strip() for part in numbered(document, path).split(".")]
     if len(parts) > DEEPEST or not all(parts):
         return Fault(
@@ -82,7 +87,7 @@ def apply_change(document: dict[str, Any], path: str, value: Any) -> Fault | Non
                 place[part] = value
             else:
                 if place.get(part) is None:
-                    place[part] = {}
+                    place[part] = [] if index == 0 and part in _LISTED else {}
                 place = place[part]
         else:
             return Fault(
@@ -92,6 +97,20 @@ def apply_change(document: dict[str, Any], path: str, value: Any) -> Fault | Non
                 f"Set {join_path(parts[:index])} itself",
             )
     return None
+
+
+def _of_set(document: dict[str, Any], path: str) -> Fault | None:
+    """Return the fault of a path into a part that a planetary set of a raw case stands for, with the path of its field."""
+    table = path.partition(".")[0].strip()
+    if not document.get("planetary") or table not in (*TABLES, "meshes"):
+        return None
+    expanded = with_members(document)
+    parts = [part.strip() for part in numbered(expanded, path).split(".")]
+    field = settable_path(expanded, ".".join(parts))
+    if field.split(".") == parts:
+        return None
+    rule = f"is of the planetary set {field.split('.')[1]}, which stands for all its rotors, pins and meshes"
+    return Fault(path, NO_VALUE, rule, f"Change {field}")
 
 
 def _unknown(

@@ -16,6 +16,7 @@ from gearplay.parts.mesh.involute import SERIES_TERMS
 from gearplay.parts.mesh.train import geometry, rolling
 from gearplay.parts.mesh.train.massless import refuse_massless
 from gearplay.parts.packing import pack_elements
+from gearplay.parts.planetary.paths import settable_paths
 from gearplay.parts.protocol import Packing
 from gearplay.parts.registry import KINDS
 from gearplay.parts.rotor.packing import pack_rotor
@@ -68,7 +69,11 @@ def pack(
 
     Raises `InputError` where drives contradict each other, given centres cannot mesh or a moving coordinate has no mass.
     """
-    case = case.operating
+    with settable_paths(case):
+        return _pack(case.operating, turning, span=span, member=member, moves=moves)
+
+
+def _pack(case: "Case", turning: "Case | None", *, span: float | None, member: int, moves: bool) -> Packed:
     if moves:
         refuse_massless(case)
     centres = geometry.centres(case)

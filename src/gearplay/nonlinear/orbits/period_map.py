@@ -12,6 +12,7 @@ from gearplay.model.case import Case
 from gearplay.model.families import Family
 from gearplay.model.pack import Packed
 from gearplay.model.reading import replace
+from gearplay.parts.planetary.paths import settable_path
 from gearplay.parts.registry import MESH, POSITIONER, recurrence_rates
 from gearplay.solver.flow import Flow, Passage
 from gearplay.solver.frames import CarrierFrames
@@ -185,8 +186,10 @@ def _check_prescribed(packed: Packed) -> None:
     for i in prescribed:
         ramp, name = float(rotors[i].ramp_time), packed.rotor_names[i]
         if ramp > 0.0:
-            cure = f"Set rotors.{name}.drive.ramp to 0 s"
-            raise InputError.of(f"rotors.{name}.drive", f"speed with a ramp of {ramp:g} s", rule, cure)
+            sets = {each.partition(".")[0]: None for each in packed.rotor_names if "." in each}
+            path = settable_path({"planetary": sets}, f"rotors.{name}.drive")
+            cure = f"Set {path}.ramp to 0 s"
+            raise InputError.of(path, f"speed with a ramp of {ramp:g} s", rule, cure)
 
 
 def common_period(packed: Packed) -> float:

@@ -20,7 +20,7 @@ from gearplay.parts.bearing.geometry import (
 from gearplay.parts.protocol import Holder, Packing
 from gearplay.parts.sleeve.contact_laws import solved_dissipation
 from gearplay.schema.fields import HertzStiffness, Listed, Measure, Offset, Problem, RotorName, refuse
-from gearplay.schema.finding import Finding
+from gearplay.schema.finding import Finding, micrometres
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import InputError
 
@@ -306,7 +306,7 @@ class Bearing(Holder):
         warm, cold = hot.internal_clearance, self.internal_clearance
         return (
             "internal_clearance",
-            f"at temperature it is {1e6 * warm:.1f} um, {1e6 * (warm - cold):+.1f} um",
+            f"at temperature it is {1e6 * warm:.1f} um, {micrometres(warm - cold)}",
         )
 
     def time_invariant(self) -> "MeanBearing":

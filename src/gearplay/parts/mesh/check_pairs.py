@@ -137,7 +137,8 @@ def _frequencies(case: Train, j: int) -> str:
     found, frame = mesh_frequencies(case, j), rolling_frame(case, j)
     repeats = f"the same two teeth meet every {found.mesh_periods} mesh periods"
     if found.mesh == 0.0:
-        return f"no speed is prescribed, so that no frequency is known; {repeats}"
+        other = " other than 0" if any(rotor.is_prescribed for rotor in case.rotors.values()) else ""
+        return f"no speed{other} is prescribed, so that no frequency is known; {repeats}"
     turning = ", ".join(f"{name} {f:.6g} Hz" for name, f in found.shafts.items())
     said = [f"mesh frequency {found.mesh:.6g} Hz", f"shafts {turning}"]
     if frame is not None:

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from gearplay.parts.mesh.faults import ChipFault, CrackFault, GearFault, SpallFault, WearFault
-from gearplay.parts.mesh.schema import PlanetMesh
 from gearplay.parts.mesh.stiffness import TeethStiffness
 from gearplay.parts.mesh.train import geometry
 from gearplay.toothing.allowances import distance_allowance
@@ -26,9 +25,7 @@ SAME = 1e-9
 
 def mesh_path(case: Train, j: int, *fields: str) -> str:
     """Return the path of a field of a mesh, which may be one of a planetary set."""
-    mesh = case.meshes[j]
-    table = f"planetary.{mesh.driver.partition('.')[0]}" if isinstance(mesh, PlanetMesh) else f"meshes.{j}"
-    return ".".join([table, *fields])
+    return case.settable_path(".".join(["meshes", str(j), *fields]))
 
 
 def drawn_faults(case: Train) -> list[Fault]:

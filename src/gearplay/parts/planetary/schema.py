@@ -23,7 +23,7 @@ from gearplay.parts.mesh.schema import (
 from gearplay.parts.mesh.stiffness import Stiffness
 from gearplay.parts.mesh.wear import FlankWear
 from gearplay.parts.planetary.members import Eccentricity, Member, PinError, Planets, Toothed, problems_of
-from gearplay.parts.planetary.names import MEMBERS
+from gearplay.parts.planetary.names import MEMBERS, MOST_PLANETS
 from gearplay.parts.rotor.allowance import DistanceAllowance, allowance_middle
 from gearplay.parts.rotor.gear import Runout
 from gearplay.parts.rotor.schema import POSITION_TOLERANCE, Coordinate, Rotor, place_words
@@ -222,8 +222,7 @@ class Planetary(Part):
                     f"must divide the teeth of sun and ring, {z_s} + {z_r} = {teeth}, for equal spacing; "
                     f"{teeth}/{count} = {teeth / count:.6g}"
                 )
-                near = [n for n in range(1, 25) if teeth % n == 0]
-                cure = f"Choose of {', '.join(map(str, near))} planets, other teeth, or give angles"
+                cure = f"Choose of {self._counts()} planets, other teeth, or give angles"
                 yield Problem(("planets", "count"), rule, cure)
                 return
         else:
@@ -242,20 +241,37 @@ class Planetary(Part):
                     )
                     cure = f"The nearest is {fit:.10g} deg, its centre at {place} from the sun's"
                     yield Problem(("planets", "angles", k), rule, cure)
-        tips = 2.0 * self._gear(self.planets).tip
+        tips = self._tips
         places = sorted(angle % (2.0 * math.pi) for angle in planets.directions)
         gaps = [
             later - earlier
             for earlier, later in zip(places, [*places[1:], places[0] + 2.0 * math.pi], strict=True)
         ]
-        apart = 2.0 * self.distance * math.sin(0.5 * min(min(gaps), math.pi)) if count > 1 else math.inf
+        apart = self._spaced(min(gaps)) if count > 1 else math.inf
         if apart <= tips:
             rule = (
                 f"must leave neighbours apart: their centres are {1e3 * apart:.4g} mm apart, their tip diameter is "
                 f"{1e3 * tips:.4g} mm"
             )
             at = ("planets", "count") if planets.angles is None else ("planets", "angles")
-            yield Problem(at, rule, "Take fewer planets, or smaller ones")
+            equal = planets.angles is None
+            cure = f"Choose of {self._counts()} planets" if equal else "Take fewer planets, or move them"
+            yield Problem(at, rule, f"{cure}, or take smaller ones")
+
+    @property
+    def _tips(self) -> float:
+        """Tip diameter [m] of a planet."""
+        return 2.0 * self._gear(self.planets).tip
+
+    def _counts(self) -> str:
+        """Return the numbers of equally spaced planets that mesh with sun and ring and whose tips are apart."""
+        teeth = self.sun.teeth + self.ring.teeth
+        counts = [n for n in range(1, MOST_PLANETS + 1) if teeth % n == 0]
+        return ", ".join(str(n) for n in counts if n == 1 or self._spaced(2.0 * math.pi / n) > self._tips)
+
+    def _spaced(self, angle: float) -> float:
+        """Return the distance [m] of the centres of planets an angle [rad] apart."""
+        return 2.0 * self.distance * math.sin(0.5 * min(angle, math.pi))
 
     def _distance_problem(self) -> Problem | None:
         """Return the problem of a distance of drawn gears: teeth that do not reach each other or interfere."""

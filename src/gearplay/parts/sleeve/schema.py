@@ -20,7 +20,7 @@ from gearplay.schema.fields import (
     is_absent,
     refuse,
 )
-from gearplay.schema.finding import Finding
+from gearplay.schema.finding import Finding, micrometres
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.errors import NO_VALUE, InputError
 
@@ -264,7 +264,7 @@ class Sleeve(Holder):
     def thermal_change(self, hot: "Sleeve") -> tuple[str, str]:
         """Return its clearance at temperature as a text."""
         warm, cold = hot.radial_clearance, self.radial_clearance
-        text = f"at temperature it is {1e6 * warm:.1f} um, {1e6 * (warm - cold):+.1f} um"
+        text = f"at temperature it is {1e6 * warm:.1f} um, {micrometres(warm - cold)}"
         return "radial_clearance", text
 
     def findings(self, path: str, *, held: bool, alone: bool) -> Iterator[Finding]:

@@ -84,7 +84,7 @@ def _roll(case: "Train", given: dict[str, float], *, held: bool = False) -> NDAr
     )
     if speeds is not None:
         return np.array(speeds)
-    named = ", ".join(f"rotors.{n}.drive" for n in given)
+    named = ", ".join(case.field_path(n, "drive") for n in given)
     if _is_locked(case, places, next(iter(given)), held=held):
         if not _is_locked(case, places, next(iter(given)), held=False):
             rule = "must let the train turn, but a torsional_stiffness holds it fast"

@@ -37,6 +37,9 @@ class Train(Protocol):
     def planetary(self) -> Mapping[str, Any]:
         """Planetary sets by name, whose members are among the rotors."""
 
+    def settable_path(self, path: str) -> str:
+        """Return the path of the field that a user sets for one of a part, which may be of a planetary set."""
+
     def field_path(self, rotor: str, *fields: str) -> str:
         """Return the path of a field of a rotor, which may be a member of a set."""
 

@@ -1,0 +1,100 @@
+"""Findings at temperatures: a verdict on jamming, equal meshes once, the parts on which a backlash depends."""
+
+import re
+from typing import Any
+
+import pytest
+
+import gearplay as gp
+from gearplay.parts.mesh.train import geometry
+from gearplay.schema.finding import Finding
+from planetary_sets import planetary_document
+
+STEEL, ALUMINIUM = 11.5e-6, 23.1e-6
+PIN = {"radial_clearance": 8e-6, "shaft_radius": 4e-3, "stiffness": 1e10}
+
+
+def cold_set(count: int = 4, *, carrier: float = ALUMINIUM, **environment: Any) -> gp.Case:
+    """Return a set of steel whose carrier has another expansion, at -60 degC."""
+    document = planetary_document(support=None, pin=PIN)
+    stage = document["planetary"]["stage"]
+    stage["planets"]["count"] = count
+    for name in ("sun", "ring", "carrier", "planets"):
+        stage[name]["material"] = {"expansion": carrier if name == "carrier" else STEEL}
+    document["environment"] = {"temperature": "-60 degC", "housing": {"expansion": ALUMINIUM}, **environment}
+    return gp.load_case(document)
+
+
+def cold_pair(housing: float = ALUMINIUM, **environment: Any) -> gp.Case:
+    """Return a pair of steel, 80 mm apart, in a housing of another expansion, at -60 degC."""
+    gear = {"mass": 0.5, "inertia": 2e-4, "teeth": 40, "material": {"expansion": STEEL}}
+    driven = {**gear, "load": {"torque": 1.0}}
+    mesh = {"driver": "one", "driven": "two", "module": "2 mm", "backlash": "90 um"}
+    return gp.load_case(
+        {
+            "rotors": {"one": {**gear, "drive": {"kind": "speed", "speed": 20.0}}, "two": driven},
+            "meshes": [mesh | {"stiffness": {"kind": "harmonic", "mean": 1e8, "amplitude": 0.0}}],
+            "environment": {"temperature": "-60 degC", "housing": {"expansion": housing}} | environment,
+            "run": {"duration": 0.01, "transient": 0.01, "sampling": 1e4},
+        }
+    )
+
+
+def verdict(case: gp.Case) -> Finding:
+    found = [each for each in gp.check_case(case) if each.path == "environment"]
+    assert len(found) == 1
+    return found[0]
+
+
+def test_verdict_has_the_least_backlash_with_its_temperature_and_mesh() -> None:
+    """Of gears of steel in aluminium it is the coldest; 2 sin(alpha) A (a_h - a_s) dT less, about 50 um here."""
+    case = cold_pair(temperature_range=["-80 degC", "60 degC"])
+    said = verdict(case)
+    assert "does not jam over -80 degC to 60 degC" in said.message
+    least = geometry.installed_backlash(case.at_temperature(193.15), 0)
+    assert f"is {1e6 * least:.4g} um, of one-two at -80 degC" in said.message
+    assert gp.check_case(case)[-1] == said
+    jams = verdict(cold_pair(temperature_range=["-190 degC", "60 degC"]))
+    assert jams.message.startswith("jams at -190 degC: the least normal backlash is -")
+
+
+def test_verdict_is_of_the_case_s_temperature_too() -> None:
+    assert verdict(cold_pair()).message.startswith("does not jam at -60 degC: ")
+    assert verdict(cold_pair(temperature="-200 degC")).message.startswith("jams at -200 degC: ")
+    at_reference = cold_pair(temperature="20 degC")
+    assert not [each for each in gp.check_case(at_reference) if each.path == "environment"]
+
+
+def test_a_clearance_that_closes_the_backlash_is_said() -> None:
+    case = gp.replace(
+        cold_pair(),
+        {"sleeves.two": {"radial_clearance": "100 um", "shaft_radius": "10 mm", "stiffness": 1e9}},
+    )
+    assert geometry.jam_ratio(case.operating, 0) > 1.0
+    assert "Within the clearances of its bearings one-two can jam at -60 degC" in verdict(case).message
+
+
+def test_more_planets_make_no_more_lines() -> None:
+    """Equal planets are one line: the number of findings does not depend on their number, and no line is there twice."""
+    few, many = (
+        gp.check_case(cold_set(count, temperature_range=["-60 degC", "80 degC"])) for count in (1, 5)
+    )
+    assert [each.path for each in few] == [each.path for each in many]
+    assert sum("are left" in each.message for each in many) == 2
+    assert sum("beyond its gears" in each.message for each in many) == 2
+    assert sum(each.path == "planetary.stage.pin.radial_clearance" for each in many) == 1
+
+
+@pytest.mark.parametrize("expansion", [STEEL, ALUMINIUM])
+def test_no_change_has_no_sign(expansion: float) -> None:
+    case = cold_set(carrier=expansion)
+    for each in gp.check_case(case):
+        assert not re.search(r"-0(\.0+)? (um|degC)", each.message), each
+
+
+@pytest.mark.parametrize(("case", "follows"), [(cold_pair(), True), (cold_set(), False)], ids=["pair", "set"])
+def test_housing_is_said_to_have_no_effect_where_it_has_none(case: gp.Case, follows: bool) -> None:
+    other = gp.replace(case, {"environment.housing.expansion": 50e-6})
+    here, there = (geometry.installed_backlash(each.operating, 0) for each in (case, other))
+    assert (abs(here - there) > 1e-6) is follows
+    assert ("housing has no effect" not in verdict(case).message) is follows
