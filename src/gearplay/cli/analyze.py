@@ -11,7 +11,7 @@ import typer
 
 from gearplay.cli.alarms import alarm_against, check_alarm
 from gearplay.cli.options import Pulses, Units, si_number
-from gearplay.cli.output import Json, pictures_in, print_json, print_text
+from gearplay.cli.output import Json, print_json, print_text
 
 ENVELOPE_LINES = 8
 """Number of printed lines of an envelope."""
@@ -66,6 +66,7 @@ def analyze(
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder of the figures; no figures by default.")
     ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing figures.")] = False,
     json: Json = False,
 ) -> None:
     """Show statistics, lines and figures of a measured channel.
@@ -77,6 +78,10 @@ def analyze(
     from gearplay.signals.statistics import signal_statistics
     from gearplay.vocabulary.quantities import FREQUENCY
 
+    if out is not None:
+        from gearplay.signals.figures import check_pictures
+
+        check_pictures(out, overwrite=overwrite)
     rate = None if sampling is None else si_number("--sampling", sampling, FREQUENCY)
     expected = [si_number("--line", text, FREQUENCY) for text in lines or ()]
     ends = (
@@ -103,7 +108,7 @@ def analyze(
     if out is not None:
         from gearplay.signals.figures import draw_record
 
-        figures = draw_record(chosen, out, speed=turning, expected=expected, band=ends)
+        figures = draw_record(chosen, out, speed=turning, expected=expected, band=ends, overwrite=overwrite)
     document: dict[str, Any] = {
         "record": held.source,
         "format": held.format,
@@ -319,7 +324,8 @@ def _words(document: dict[str, Any]) -> str:
     if document["left_out"]:
         rows.append(f"left out, as they are no evenly sampled real numbers: {document['left_out']}")
     if document["figures"]:
-        rows += pictures_in(Path(document["figures"][0]).parent)
+        made = [Path(each) for each in document["figures"]]
+        rows.append(f"Pictures in {made[0].parent}: {', '.join(sorted(each.name for each in made))}")
     return "\n".join(rows)
 
 

@@ -131,7 +131,7 @@ def write_tolerance(
     scales = {p.name: _scale_of(product, p.name) for p in plan.design.parameters}
     document = document_of(plan, tolerance, product, found, scales, search, limit)
     figures = draw_figures(tolerance, found, search, plan.design)
-    write_figures(folder, figures)
+    write_figures(folder, figures, add=True)
     write_text(folder / "tolerance.json", json.dumps(document, indent=1, allow_nan=False))
     write_text(folder / PAGE, render(plan, found, scales, document, figures))
     return document
