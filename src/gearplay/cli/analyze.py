@@ -169,6 +169,7 @@ def speed_of(held: Any, speed: str | None, pulses: int | None) -> Any:
     from gearplay.schema.units import UnitError, parse_quantity
     from gearplay.vocabulary.errors import InputError
     from gearplay.vocabulary.quantities import ANGULAR_SPEED
+    from gearplay.vocabulary.suggestions import listed
 
     if speed is not None and speed not in held.names and Path(speed).is_file():
         from gearplay.files.measurements import read_measurement
@@ -177,7 +178,7 @@ def speed_of(held: Any, speed: str | None, pulses: int | None) -> Any:
         channel = read_measurement(Path(speed)).channel()
         return channel if pulses is None else angle_from_tacho(channel, pulses)
     if pulses is not None and speed not in held.names:
-        cure = f"Channels: {', '.join(held.names[:12])}"
+        cure = f"Channels: {listed(held.names)}"
         raise InputError.of("--speed", speed, "must name the channel of the pulses", cure)
     if speed is None:
         return None
@@ -191,7 +192,7 @@ def speed_of(held: Any, speed: str | None, pulses: int | None) -> Any:
         return parse_quantity(text, ANGULAR_SPEED)
     except UnitError as error:
         named = [*held.names, *(key for key, value in held.attributes.items() if _is_number(value))]
-        cure = f"{error.cure}, or name a channel or a scalar: {', '.join(named[:12])}"
+        cure = f"{error.cure}, or name a channel or a scalar: {listed(named)}"
         raise InputError.of("--speed", speed, error.rule, cure) from None
 
 

@@ -11,7 +11,7 @@ from gearplay.model.toml_files import DEEPEST, plain_copy, text_depth
 from gearplay.model.wording import known_fields
 from gearplay.parts.tables import HOLDERS
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path, shorten
-from gearplay.vocabulary.suggestions import did_you_mean
+from gearplay.vocabulary.suggestions import did_you_mean, listed
 
 LONGEST: Final = 4096
 """Longest override [characters]."""
@@ -66,9 +66,7 @@ def apply_change(document: dict[str, Any], path: str, value: Any) -> Fault | Non
                 count = f"has {len(place)} {'item' if len(place) == 1 else 'items'}, counted from 0"
                 rule = f"no such item: {join_path(parts[:index])} {count}"
                 names = item_names(document, parts[0]) if index == 1 and parts[0] in LISTS else []
-                cure = (
-                    f"Write its number or its name: {', '.join(names[:8])}" if names else "Correct the number"
-                )
+                cure = f"Write its number or its name: {listed(names, 8)}" if names else "Correct the number"
                 return Fault(join_path(parts[: index + 1]), NO_VALUE, rule, cure)
             if last:
                 place[int(part)] = value
