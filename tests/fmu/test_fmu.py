@@ -203,7 +203,7 @@ def test_parameter_that_changes_more_than_numbers_in_proportion_is_refused(tmp_p
         "rotors.output.load.friction": "must not be 0 in the case",
         "rotors.output.drive": "must have a value in the case",
         "rotors.output.load": "must be a field with a number; the case has a table of",
-        "title": "must be a field with a number; the case has \"",
+        "title": 'must be a field with a number; the case has "',
         "run.duration": "must be a field whose change is one of the motion",
         "sleeves.output.radial_clearance": "Start as member 0",
         "rotors.nobody.mass": "must be the path of a field",

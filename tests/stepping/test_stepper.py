@@ -313,7 +313,10 @@ def test_jacobian_is_the_derivative_of_the_step() -> None:
 NEAR: dict[str, tuple[str, str]] = {
     "outputs rotor": ("otput.theta", "Did you mean 'output.theta'?"),
     "outputs signal": ("output.thetta", "Did you mean 'output.theta'?"),
-    "outputs far rotor": ("xyz.backlash", "Elements with backlash: input-layshaft.wheel, layshaft.pinion-output."),
+    "outputs far rotor": (
+        "xyz.backlash",
+        "Elements with backlash: input-layshaft.wheel, layshaft.pinion-output.",
+    ),
     "outputs far signal": ("input-layshaft.wheel.xyz", "Signals of input-layshaft.wheel: "),
     "inputs rotor": ("otput.load.torque", "Did you mean 'output'?"),
     "inputs ending": ("output.torque", "Write output.drive.torque or output.load.torque."),
@@ -335,7 +338,9 @@ def test_long_lists_of_rotors_count_the_rest() -> None:
     ends = [("r00", f"r{k:02}") for k in range(1, 15)]
     joined = [{"between": list(each), "torsional_stiffness": 1e3} for each in ends]
     with pytest.raises(gp.InputError, match=r"Rotors: r00, r01, .*, r11 and 3 more\.$"):
-        gp.Stepper({"rotors": rotors, "couplings": joined, "run": {"duration": 0.1}}, inputs=["nobody.drive.torque"])
+        gp.Stepper(
+            {"rotors": rotors, "couplings": joined, "run": {"duration": 0.1}}, inputs=["nobody.drive.torque"]
+        )
 
 
 REFUSED: dict[str, Callable[[], Any]] = {

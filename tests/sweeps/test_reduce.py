@@ -379,4 +379,6 @@ def test_statistics_of_couplings__have_units_of_rotations() -> None:
                    for k, (contact, _) in enumerate(wanted)],
     }  # fmt: skip
     case = gp.load_case("torsional-train")
-    assert [kept.unit for kept in Reducer(load_sweep(plan), case, pack(case)).layout] == [unit for _, unit in wanted]
+    assert [kept.unit for kept in Reducer(load_sweep(plan), case, pack(case)).layout] == [
+        unit for _, unit in wanted
+    ]
