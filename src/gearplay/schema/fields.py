@@ -15,7 +15,7 @@ from typing import Annotated, Any, Final, NamedTuple, NoReturn, TypeVar
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from gearplay.schema.units import ICE, LONGEST, UnitError, parse_quantity, unit_exponent
+from gearplay.schema.units import COMMA, ICE, LONGEST, UnitError, comma_cure, parse_quantity, unit_exponent
 from gearplay.vocabulary import quantities as q
 from gearplay.vocabulary.quantities import Quantity
 
@@ -205,6 +205,8 @@ class HertzStiffness(Measure):
         try:
             return self._within(parse_quantity(value, quantity))
         except UnitError as error:
+            if error.rule == COMMA:
+                _refuse_here(error.rule, error.cure)
             _refuse_here(
                 f"{error.rule} for exponent {exponent:g}",
                 f"Write a number in {quantity.unit}, or give the exponent that belongs to the unit",
@@ -213,6 +215,8 @@ class HertzStiffness(Measure):
 
 def _plain_number(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
+        if isinstance(value, str) and (cure := comma_cure(value)):
+            _refuse_here(COMMA, cure)
         _refuse_here("must be a plain number", "Write it without quotes and without a unit")
     try:
         number = float(value)
