@@ -183,7 +183,7 @@ def test_a_quantity_of_one_part_needs_a_bound_in_its_field() -> None:
         ("run.duration=0,5s", 'Write it with a decimal point: "0.5s".'),
         ("run.duration=0,5", "Write it with a decimal point: 0.5."),
         ("sleeves.ring.restitution=0,5", "Write it with a decimal point: 0.5."),
-        ("sleeves.ring.hertz_stiffness=1,5e10 N/m^1.5", 'Write it with a decimal point: "1.5e10 N/m^1.5".'),
+        ("sleeves.ring.stiffness=1,5e10 N/m^1.5", 'Write it with a decimal point: "1.5e10 N/m^1.5".'),
         ("run.duration=1,000,000 s", "Write it without commas."),
     ],
 )
