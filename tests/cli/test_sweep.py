@@ -992,6 +992,9 @@ def test_plans_and_cases_are_told_apart(tmp_path: Path, capsys: pytest.CaptureFi
         told()
         == "plan: must be a plan of a data set, but this is a sweep plan. Run it with gearplay sweep.\n"
     )
+    assert do("sweep", plan, "--set", "axes.0.count=3", "--out", tmp_path / "set") == 2
+    rule = "must be a field of the case, and axes is one of the plan. Change it in the plan's file."
+    assert told() == f'--set = "axes.0.count": {rule}\n'
     assert do("measure", "han2021", "--rig", case, "--out", tmp_path / "a.h5") == 2
     assert "must be a rig, but this is a case. Choose another file.\n" in told()
     rig = tmp_path / "rig.toml"
