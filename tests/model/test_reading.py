@@ -281,3 +281,11 @@ def test_missing_tables__are_named_as_a_file_writes_them(name: str, heading: str
     document = {key: value for key, value in gp.load_case("han2021").resolved().items() if key != name}
     with pytest.raises(gp.InputError, match=re.escape(f"{name}: is required. Add a table {heading} with")):
         gp.load_case(document)
+
+
+def test_fields__are_constant_and_the_cure_is_a_copy() -> None:
+    case = gp.load_case("han2021")
+    rule = r"^backlash = 0.0001: must not be assigned: fields are constant. Make a changed copy, for example gearplay.replace"
+    with pytest.raises(gp.InputError, match=rule):
+        case.meshes[0].backlash = 1e-4
+    assert case == gp.load_case("han2021")

@@ -38,7 +38,7 @@ def _refusal(path: Path, rule: str, cure: str = "Choose another place.") -> Inpu
 
 
 def _taken(path: Path, rule: str) -> TakenError:
-    return TakenError.of("out", shown_path(path), rule, "Choose another name, or overwrite it.")
+    return TakenError.of("out", shown_path(path), rule, "Choose another name, or give overwrite=True.")
 
 
 def check_new(path: Path, *, overwrite: bool, size: float = 0.0) -> None:

@@ -17,6 +17,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from gearplay.schema.units import COMMA, ICE, LONGEST, UnitError, comma_cure, parse_quantity, unit_exponent
 from gearplay.vocabulary import quantities as q
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import Quantity
 
 KIND: Final = "kind:"
@@ -75,6 +76,13 @@ class Part(BaseModel):
         hide_input_in_errors=True,
         defer_build=True,
     )
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set a private attribute; `InputError` for a field, which is constant."""
+        if name in type(self).model_fields:
+            cure = 'Make a changed copy, for example gearplay.replace(case, {"meshes.0.backlash": 1e-4})'
+            raise InputError.of(name, value, "must not be assigned: fields are constant", cure)
+        super().__setattr__(name, value)
 
 
 @dataclass(frozen=True)
