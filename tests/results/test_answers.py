@@ -151,9 +151,7 @@ def test_what_is_no_answer_is_refused(tmp_path: Path) -> None:
         gp.read_result(tmp_path / "none.nc")
     case = tmp_path / "case.toml"
     case.write_text("[rotors]\n")
-    with pytest.raises(
-        gp.InputError, match="must be a result, and this is a TOML file"
-    ):
+    with pytest.raises(gp.InputError, match="must be a result, and this is a TOML file"):
         gp.read_result(case)
     other = tmp_path / "text.nc"
     other.write_text("no result")

@@ -91,7 +91,8 @@ def write_tolerances(
             part.check_size()
             place = folder / FOLDER / f"{'fresh' if fresh else 'factor'}-{factor!r}"
             with locked(place):
-                run_in(part, place, engine, progress=progress, stop=stop)
+                label = f"tolerances x {factor:.4g}, {'check by fresh draws' if fresh else 'search'}"
+                run_in(part, place, engine, label=label, progress=progress, stop=stop)
                 return values_of(gather(part, place), tolerance.measure)
 
         return evaluate
