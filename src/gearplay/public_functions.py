@@ -97,6 +97,9 @@ def read_result(path: str | os.PathLike[str]) -> Any:
         from gearplay.calibration.result import Calibration
 
         return Calibration.from_document(place)
+    if place.suffix.lower() == ".toml" and place.exists():
+        rule = "must be a result, and this is a TOML file"
+        raise InputError.of("file", str(path), rule, "Read a case by gearplay.load_case")
     if place.suffix.lower() not in (".nc", ".nc4", "") and place.exists():
         return _record(place)
     from gearplay.files.measurements.hdf5 import OURS

@@ -20,7 +20,7 @@ from gearplay.calibration.objective import Comparison, Datum, data_of
 from gearplay.calibration.observe import Observed
 from gearplay.calibration.out_of_sample import drifts, hold_out, later_than, mean_error
 from gearplay.calibration.posterior import FACTOR, Points, Surrogate, sample_posterior
-from gearplay.calibration.procedure import fit_from, fit_model
+from gearplay.calibration.procedure import STEPS, fit_from, fit_model
 from gearplay.calibration.recovery import recover, summary, synthetic
 from gearplay.calibration.trials import Problem, Trial, TrialError
 from gearplay.surrogates.polynomials import Emulator
@@ -254,7 +254,9 @@ def test_a_fit_survives_its_json_form() -> None:
     problem = KnownProblem(plan, plan.models[0])
     truth = problem.run(0, (0.4, 0.6), members=1000)
     comparison = Comparison(data_of(plan, truth.observed), "unnormalised")
-    fit = fit_model(problem, comparison, design_trials(problem, 64))
+    begun: list[int] = []
+    fit = fit_model(problem, comparison, design_trials(problem, 64), begun.append)
+    assert begun == list(range(len(STEPS)))
     assert fit_from(json.loads(json.dumps(asdict(fit)))) == fit
     assert fit.best["drag"] == pytest.approx(problem.values((0.4, 0.6))["drag"], rel=0.15)
     assert fit.amplitude_error < 15.0

@@ -21,6 +21,7 @@ from gearplay.calibration.procedure import Fit, Row
 from gearplay.calibration.reading import load_plan
 from gearplay.calibration.report import write_calibration
 from gearplay.calibration.result import Calibration
+from gearplay.calibration.spans import datum_unit
 from gearplay.calibration.trials import Problem
 from gearplay.work.pieces import with_digest
 
@@ -367,3 +368,11 @@ def test_fit__a_result_at_its_start_is_reported(written: Any, tmp_path: Path) ->
     assert "the amplitude of radial, slow, is 0.01 times as large after 20 s" in told[3]
     assert fits[0].model in told[3]
     assert "The start is not forgotten" in (tmp_path / "dying" / "report.html").read_text()
+
+
+@pytest.mark.parametrize(("contact", "unit"), [("ring", "N"), ("a-b:drive", "N"), ("a-b:forward", "N m")])
+def test_peaks_of_contacts__have_units_of_their_contact(contact: str, unit: str) -> None:
+    """The largest load of a coupling is a torque, of a bush or flank a force."""
+    target = {"kind": "statistic", "name": "level", "statistic": "peak_force", "contact": contact}
+    plan = small_plan(frequencies=False, targets=[target])
+    assert datum_unit(plan, "absolute", Row("slow & steady", "level", "value", 1.0, 1.0, 0.0, 0.0)) == unit

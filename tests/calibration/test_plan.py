@@ -107,3 +107,10 @@ def test_faults_are_named(changes: dict[str, Any], words: str) -> None:
 def test_a_plan_that_is_not_there_is_named() -> None:
     with pytest.raises(InputError, match="Did you mean 'han2021'"):
         load_plan("han2012")
+
+
+def test_missing_lists_are_named_as_a_file_writes_them() -> None:
+    with pytest.raises(
+        InputError, match=r"conditions: is required\. Add a table \[\[conditions\]\] with name\."
+    ):
+        load_plan({"case": "han2021", "sensor": {"rotor": "ring"}})

@@ -238,3 +238,24 @@ def test_alarm__names_the_file_of_a_record_that_does_not_fit(
     gp.write_record(gp.Record((gear_channel(7),)), now, overwrite=True)
     assert run(["analyze", str(now), *words]) == 2
     assert "--healthy short.h5: turns = 4: must be 16 to 25" in capsys.readouterr().err
+
+
+def test_pictures__replaced_only_with_overwrite(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A second record in the folder is refused; with ``--overwrite`` no picture of the first one stays or is named."""
+    record, out = tmp_path / "short.h5", tmp_path / "out"
+    gp.write_record(gp.Record((gear_channel(1),)), record)
+    words = ["analyze", str(record), "--out", str(out)]
+    assert run([*words, "--speed", "600 rpm"]) == 0
+    assert "order_map.png" in capsys.readouterr().out
+    before = {each.name: each.read_bytes() for each in out.iterdir()}
+    assert run(words) == 2
+    assert "must not exist yet. Choose another name, or say --overwrite." in " ".join(
+        capsys.readouterr().err.split()
+    )
+    assert {each.name: each.read_bytes() for each in out.iterdir()} == before
+    (out / "mine.png").write_bytes(b"")
+    assert run([*words, "--overwrite"]) == 0
+    names = sorted(each.name for each in out.iterdir() if each.name != "mine.png")
+    assert f"Pictures in {out}: {', '.join(names)}\n" in capsys.readouterr().out
+    assert not {"order_map.png", "order_spectrum.png", "synchronous_average.png"} & set(names)
+    assert (out / "mine.png").exists()

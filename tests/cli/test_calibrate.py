@@ -16,6 +16,7 @@ import pytest
 
 from calibration_problems import PLAN
 from depth import sized
+from gearplay.model.bundled import bundled
 from gearplay.model.toml_files import write_toml
 from gearplay.vocabulary.errors import InputError
 from programs import run_command
@@ -257,3 +258,12 @@ def test_a_trial_that_was_changed_is_named(tmp_path: Path) -> None:
         connection.execute("delete from trial_user_attributes where key = 'sha256'")
     with pytest.raises(InputError, match="trial 0 was changed"):
         StudyStore(tmp_path, plan, "coupled", "digest").read()
+
+
+@pytest.mark.parametrize(
+    ("words", "package"),
+    [("calibrate", "gearplay.calibration"), ("sweep", "gearplay.sweeps"), ("dataset", "gearplay.datasets")],
+)
+def test_help__names_every_bundled_plan(words: str, package: str) -> None:
+    said = run_command(words, "--help").stdout
+    assert not [name for name in bundled(package, "plans") if name not in said]

@@ -270,3 +270,44 @@ def test_a_saved_run_says_how_large_it_is(tmp_path: Path) -> None:
     done = run("han2021", "--set", "run.duration=0.01", "--out", str(path))
     assert done.returncode == 0
     assert f"Saved to {path}, {path.stat().st_size / 1e6:.3g} MB" in done.stdout
+
+
+TORQUES = """
+[rotors.load]
+mass = "1 kg"
+inertia = "2e-2 kg m^2"
+load = { drag = "8e-3 N m s/rad" }
+initial = { omega = 0.0 }
+
+[rotors.motor]
+mass = "0.3 kg"
+inertia = "3e-5 kg m^2"
+initial = { omega = 1.0 }
+
+[[couplings]]
+between = ["load", "motor"]
+ratio = 0.1
+torsional_stiffness = "40 N m/rad"
+play = "3e-3 rad"
+
+[run]
+duration = "0.2 s"
+sampling = "1 kHz"
+"""
+
+
+def test_peaks_of_couplings__are_torques_with_three_digits(tmp_path: Path, capsys: Said) -> None:
+    """Torques of instruments are thousandths of N m: the table has the number of ``--json``, not 0.0."""
+    case = tmp_path / "tilt.toml"
+    case.write_text(TORQUES)
+    assert command(["run", str(case), "--json"]) == 0
+    contacts = json.loads(capsys.readouterr().out)["contacts"]
+    label, found = next((label, each) for label, each in contacts.items() if each["share_of_time"] > 0.0)
+    assert 0.0 < found["peak_force"] < 0.05
+    assert command(["run", str(case)]) == 0
+    text = capsys.readouterr().out
+    assert "peak torque" in text
+    line = next(line for line in text.splitlines() if line.startswith(label))
+    shown, *unit = line.split()[-3:]
+    assert unit == ["N", "m"]
+    assert float(shown) == pytest.approx(found["peak_force"], rel=5e-3)

@@ -970,10 +970,37 @@ def test_plans_and_cases_are_told_apart(tmp_path: Path, capsys: pytest.CaptureFi
     plan = write_plan(FEW, tmp_path / "plan.toml")
     case = tmp_path / "case.toml"
     case.write_text(to_toml(load_case("han2021")), encoding="utf-8")
+
+    def told() -> str:
+        return capsys.readouterr().err
+
     assert do("check", plan) == 2
-    assert "must be a case, but this is a plan" in capsys.readouterr().err
+    assert "must be a case, but this is a sweep plan. Run it with gearplay sweep, or name its case." in told()
     assert do("sweep", case) == 2
-    assert "must be a sweep plan, but this is a case" in capsys.readouterr().err
+    assert "must be a sweep plan, but this is a case. Name it in a sweep plan: case = FILE." in told()
+    assert do("calibrate", case) == 2
+    assert (
+        told()
+        == "plan: must be a calibration plan, but this is a case. Name it in a calibration plan: case = FILE.\n"
+    )
+    assert do("calibrate", plan) == 2
+    assert (
+        told() == "plan: must be a calibration plan, but this is a sweep plan. Run it with gearplay sweep.\n"
+    )
+    assert do("dataset", plan, "--out", tmp_path / "set") == 2
+    assert (
+        told()
+        == "plan: must be a plan of a data set, but this is a sweep plan. Run it with gearplay sweep.\n"
+    )
+    assert do("sweep", plan, "--set", "axes.0.count=3", "--out", tmp_path / "set") == 2
+    rule = "must be a field of the case, and axes is one of the plan. Change it in the plan's file."
+    assert told() == f'--set = "axes.0.count": {rule}\n'
+    assert do("measure", "han2021", "--rig", case, "--out", tmp_path / "a.h5") == 2
+    assert "must be a rig, but this is a case. Choose another file.\n" in told()
+    rig = tmp_path / "rig.toml"
+    rig.write_text("[collector]\nbits = 12\n", encoding="utf-8")
+    assert do("run", rig) == 2
+    assert told().endswith(": must be a case, but this is a rig. Give it to gearplay measure: --rig FILE.\n")
 
 
 @pytest.mark.parametrize(

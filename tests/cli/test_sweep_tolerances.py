@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+import gearplay as gp
 from gearplay.cli.main import run
 from gearplay.model.bundled import bundled
 from gearplay.model.toml_files import write_toml
@@ -71,3 +72,19 @@ def test_limit__a_wrong_unit_is_reported_before_the_simulations(
 def test_bundled_plans_fit_their_cases(name: str) -> None:
     made = Sweep(load_sweep(name))
     assert len(made.template.points) >= 100
+
+
+@pytest.mark.slow
+def test_progress__the_search_for_tolerances_has_labels_of_its_own(tmp_path: Path) -> None:
+    labels: list[str] = []
+    gp.sweep(
+        written(tmp_path, PLAN),
+        folder=tmp_path / "out",
+        report=True,
+        progress=lambda label, *_: labels.append(label),
+    )
+    found = list(dict.fromkeys(labels))
+    searched = [label for label in found if label.startswith("tolerances x ")]
+    assert len(searched) >= 5
+    assert all(label.endswith((", search", ", check by fresh draws")) for label in searched)
+    assert [label for label in found if label not in searched] == found[:1]

@@ -101,7 +101,9 @@ def test_run_command__names_the_commands_that_draw_it(
 
 @pytest.mark.slow
 def test_advice_from_below_is_said_in_options(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(gp.InputError, match=r"must not exist yet\. Choose another name, or overwrite it\."):
+    with pytest.raises(
+        gp.InputError, match=r"must not exist yet\. Choose another name, or give overwrite=True\."
+    ):
         gp.read_result("run.nc").save("run.nc")
     capsys.readouterr()
     assert run(["run", "han2021", *SMALL, "--out", "run.nc"]) == 2

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from gearplay.files.atomic import write_figures
 from gearplay.vocabulary.errors import ResourceError
 from gearplay.work import folder as module
 from gearplay.work.folder import OutputFolder
@@ -189,3 +190,12 @@ def test_report__is_written_by_the_same_command_after_a_failed_disk(
     assert place(tmp_path) == tmp_path
     assert held(tmp_path) == NEW
     assert not work.exists()
+
+
+def test_figures__those_of_an_earlier_result_go(tmp_path: Path) -> None:
+    """A folder whose result is replaced has the new pictures only, with ``add`` those of both."""
+    write_figures(tmp_path, {"one": b"1", "two": b"2"})
+    write_figures(tmp_path, {"three": b"3"}, add=True)
+    assert {each.stem for each in (tmp_path / "figures").iterdir()} == {"one", "two", "three"}
+    write_figures(tmp_path, {"two": b"4"})
+    assert [(each.stem, each.read_bytes()) for each in (tmp_path / "figures").iterdir()] == [("two", b"4")]

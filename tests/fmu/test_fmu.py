@@ -200,8 +200,11 @@ def test_parameter_is_the_case_with_that_value(
 def test_parameter_that_changes_more_than_numbers_in_proportion_is_refused(tmp_path: Path) -> None:
     for path, words in {
         "meshes.0.module": "in proportion",
-        "rotors.output.teeth": "must be a field with a number other than 0",
-        "rotors.output.drive": "must be a field with a number",
+        "rotors.output.teeth": "80 is a whole number. Export one FMU for each value of it",
+        "rotors.output.load.friction": "must not be 0 in the case",
+        "rotors.output.drive": "must have a value in the case",
+        "rotors.output.load": "must be a field with a number; the case has a table of",
+        "title": 'must be a field with a number; the case has "',
         "run.duration": "must be a field whose change is one of the motion",
         "sleeves.output.radial_clearance": "Start as member 0",
         "rotors.nobody.mass": "must be the path of a field",

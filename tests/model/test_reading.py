@@ -1,6 +1,7 @@
 import copy
 import json
 import pickle
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -273,3 +274,18 @@ def test_a_part_written_into_its_rotor_names_its_table(field: str, table: str) -
 def test_a_missing_table_is_named_with_its_required_fields() -> None:
     with pytest.raises(gp.InputError, match=r"run: is required\. Add a table \[run\] with duration\."):
         gp.load_case({"rotors": {"wheel": {"mass": 1.0, "inertia": 1.0}}})
+
+
+@pytest.mark.parametrize(("name", "heading"), [("rotors", "[rotors.NAME]"), ("run", "[run]")])
+def test_missing_tables__are_named_as_a_file_writes_them(name: str, heading: str) -> None:
+    document = {key: value for key, value in gp.load_case("han2021").resolved().items() if key != name}
+    with pytest.raises(gp.InputError, match=re.escape(f"{name}: is required. Add a table {heading} with")):
+        gp.load_case(document)
+
+
+def test_fields__are_constant_and_the_cure_is_a_copy() -> None:
+    case = gp.load_case("han2021")
+    rule = r"^backlash = 0.0001: must not be assigned: fields are constant. Make a changed copy, for example gearplay.replace"
+    with pytest.raises(gp.InputError, match=rule):
+        case.meshes[0].backlash = 1e-4
+    assert case == gp.load_case("han2021")

@@ -8,10 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic_core import PydanticCustomError
 
+from gearplay.model.reading import load_case
 from gearplay.schema import units
 from gearplay.schema.fields import Measure
 from gearplay.schema.units import UnitError, parse_quantity
 from gearplay.vocabulary import quantities as q
+from gearplay.vocabulary.errors import InputError
 
 QUANTITIES = list(q.DIMENSIONS.values())
 COMMON = [
@@ -172,3 +174,21 @@ def test_a_quantity_of_one_part_needs_a_bound_in_its_field() -> None:
     with pytest.raises(PydanticCustomError) as refused:
         bounded.read("11 m/s^3")
     assert refused.value.context["problems"][0].rule == "must be 0 m/s^3 or more and at most 10 m/s^3"
+
+
+@pytest.mark.parametrize(
+    ("change", "cure"),
+    [
+        ("meshes.0.backlash=0,03 mm", 'Write it with a decimal point: "0.03 mm".'),
+        ("run.duration=0,5s", 'Write it with a decimal point: "0.5s".'),
+        ("run.duration=0,5", "Write it with a decimal point: 0.5."),
+        ("sleeves.ring.restitution=0,5", "Write it with a decimal point: 0.5."),
+        ("sleeves.ring.stiffness=1,5e10 N/m^1.5", 'Write it with a decimal point: "1.5e10 N/m^1.5".'),
+        ("run.duration=1,000,000 s", "Write it without commas."),
+    ],
+)
+def test_decimal_commas__are_named_not_the_unit(change: str, cure: str) -> None:
+    path, _, value = change.partition("=")
+    with pytest.raises(InputError) as found:
+        load_case("han2021", [change])
+    assert str(found.value) == f'{path} = "{value}": has a comma in its number. {cure}'

@@ -133,6 +133,14 @@ def test_branch__an_invalid_request_is_reported() -> None:
         gp.branches(pair(), FORCE, "16 um", "17 um", order=2)
     with pytest.raises(InputError, match="doublings = 9"):
         gp.branches(pair(), FORCE, "16 um", "36 um", doublings=9)
+    near = r'^path = "meshes.0.transmission_error.0.amplitud": must be a field of the case. Did you mean .amplitude.\?$'
+    with pytest.raises(InputError, match=near):
+        gp.branch(pair(), FORCE[:-1], "16 um", "36 um")
+    own = r"^meshes.0.transmission_error.0.amplitude = .*: the branch begins at the case's own value. Widen the bounds"
+    with pytest.raises(InputError, match=own):
+        gp.branch(pair(), FORCE, "600 um", "900 um")
+    with pytest.raises(InputError, match=r"^start = 1e-06: must lie between low and high, 0.0006 and 0.0009"):
+        gp.branch(pair(), FORCE, "600 um", "900 um", start="1 um")
     with pytest.raises(InputError, match=r"high = .*must be above low"):
         gp.branches(pair(), FORCE, "36 um", "16 um")
 

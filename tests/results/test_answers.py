@@ -145,8 +145,24 @@ def test_what_is_no_answer_is_refused(tmp_path: Path) -> None:
     xr.Dataset({"a": ("x", [1.0, 2.0])}).to_netcdf(path, engine="h5netcdf")
     with pytest.raises(gp.InputError, match="must be a file of a saved result"):
         gp.read_result(path)
-    with pytest.raises(gp.InputError, match=r"must be a readable result file"):
+    with pytest.raises(
+        gp.InputError, match=r"must be a readable result file \(there is no such file\)\. Check"
+    ):
         gp.read_result(tmp_path / "none.nc")
+    case = tmp_path / "case.toml"
+    case.write_text("[rotors]\n")
+    with pytest.raises(gp.InputError, match="must be a result, and this is a TOML file"):
+        gp.read_result(case)
+    other = tmp_path / "text.nc"
+    other.write_text("no result")
+    with pytest.raises(gp.InputError, match=r"\(it is no HDF5 file\)"):
+        gp.read_result(other)
     result = gp.simulate("han2021", **{"duration": 0.001, "transient": 0.0})
+    whole = tmp_path / "whole.nc"
+    result.save(whole)
+    size = whole.stat().st_size
+    whole.write_bytes(whole.read_bytes()[: size // 2])
+    with pytest.raises(gp.InputError, match=rf"\(it is cut off: {size // 2} of \d+ bytes are there\)"):
+        gp.read_result(whole)
     with pytest.raises(gp.InputError, match="must be that of a sweep"):
         SweepResult.from_dataset(result.ds.assign_attrs({KIND: "run"}))

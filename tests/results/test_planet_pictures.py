@@ -5,6 +5,7 @@ rotation theta, the planet's centre beside its pin is e = exp(-i theta) (P + d -
 """
 
 import math
+import tomllib
 from functools import cache
 from typing import Any
 
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 import gearplay as gp
 from building import Document, merged
 from depth import some
+from gearplay.model.bundled import bundled_text
 from gearplay.pictures.gears import sides_of
 from gearplay.pictures.style import COUPLED
 from gearplay.results.figures import orbit_figure, overview_figure
@@ -157,3 +159,13 @@ def test_drawing__gears_in_mesh_differ_in_colour(name: str) -> None:
     sides = sides_of(mechanism)
     assert set(sides) == {gear["name"] for gear in mechanism["gears"]}
     assert all(sides[mesh["driver"]] != sides[mesh["driven"]] for mesh in mechanism["meshes"])
+
+
+def test_close_ups__have_the_whole_names_of_planets_meshes() -> None:
+    table = tomllib.loads(bundled_text("gearplay.model", "cases", "planetary-reducer"))
+    table["planetary"] = {"reduction": table["planetary"]["stage"]}
+    case = gp.replace(table, {"run.duration": 0.005, "run.transient": 0.0})
+    stage = stage_of(motion_in(gp.simulate(case), (0.0, 0.004), frames=2))
+    (title,) = [pane.ax.get_title() for pane in stage.panes if "backlash" in pane.ax.get_title()]
+    first = case.meshes[0].label
+    assert f"mesh {first}, backlash " in title

@@ -7,8 +7,8 @@ import pytest
 
 import gearplay as gp
 from gearplay.nonlinear.portrait import stored_portrait
-from gearplay.results.choice import moves
-from gearplay.results.figures import history_figure, orbit_figure, spectrum_figure
+from gearplay.results.choice import moves, time_window
+from gearplay.results.figures import history_figure, orbit_figure, overview_figure, spectrum_figure
 from planetary_sets import planetary_document
 
 SUN = "stage.sun"
@@ -70,3 +70,29 @@ def test_what_moves_is_drawn_as_before() -> None:
     result = gp.simulate("han2021", duration=0.02, transient=0.0)
     assert words_of(orbit_figure(result, ["ring"], (0.0, 0.0199))) == []
     assert words_of(history_figure(result, [("ax", "ring")], (0.0, 0.0199))) == []
+
+
+BEARING = {
+    "gravity": [0.0, -100.0],
+    "rotors": {"shaft": {"mass": 3.0, "inertia": 2e-3, "drive": {"kind": "speed", "speed": "2400 rpm"}}},
+    "bearings": {
+        "shaft": {
+            "rolling_elements": 11,
+            "pitch_diameter": "46 mm",
+            "element_diameter": "8.5 mm",
+            "bore": "30 mm",
+            "internal_clearance": "CN",
+            "groove_ratio": 0.52,
+            "damping": {"kind": "hunt-crossley", "value": "50 s/m"},
+        }
+    },
+    "run": {"duration": 0.02, "sampling": "20 kHz"},
+}
+
+
+def test_overview_of_a_bearing__shows_the_load_of_its_elements_not_a_constant() -> None:
+    result = gp.simulate(BEARING)
+    figure = overview_figure(result, time_window(result, None))
+    titles = [ax.get_title(loc="left") for ax in figure.axes]
+    assert any("largest load of an element of the bearing" in title for title in titles)
+    assert not any("cage" in title for title in titles)

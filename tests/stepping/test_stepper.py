@@ -387,6 +387,39 @@ def test_pulls_are_searched_for_only_where_the_torque_turns() -> None:
     assert not returns(np.linspace(-0.5, -0.3, 7))
 
 
+NEAR: dict[str, tuple[str, str]] = {
+    "outputs rotor": ("otput.theta", "Did you mean 'output.theta'?"),
+    "outputs signal": ("output.thetta", "Did you mean 'output.theta'?"),
+    "outputs far rotor": (
+        "xyz.backlash",
+        "Elements with backlash: input-layshaft.wheel, layshaft.pinion-output.",
+    ),
+    "outputs far signal": ("input-layshaft.wheel.xyz", "Signals of input-layshaft.wheel: "),
+    "inputs rotor": ("otput.load.torque", "Did you mean 'output'?"),
+    "inputs ending": ("output.torque", "Write output.drive.torque or output.load.torque."),
+    "inputs misspelt": ("output.load.torqe", "Write output.load.torque."),
+}
+
+
+@pytest.mark.parametrize("kind", NEAR)
+def test_misspelt_names_are_answered_with_the_nearest(kind: str) -> None:
+    name, cure = NEAR[kind]
+    with pytest.raises(gp.InputError) as found:
+        gp.Stepper("two-stage-reducer", **{kind.split()[0]: [name]})
+    assert cure in str(found.value)
+    assert name in str(found.value)
+
+
+def test_long_lists_of_rotors_count_the_rest() -> None:
+    rotors = {f"r{k:02}": {"mass": 1.0, "inertia": 1e-3} for k in range(15)}
+    ends = [("r00", f"r{k:02}") for k in range(1, 15)]
+    joined = [{"between": list(each), "torsional_stiffness": 1e3} for each in ends]
+    with pytest.raises(gp.InputError, match=r"Rotors: r00, r01, .*, r11 and 3 more\.$"):
+        gp.Stepper(
+            {"rotors": rotors, "couplings": joined, "run": {"duration": 0.1}}, inputs=["nobody.drive.torque"]
+        )
+
+
 REFUSED: dict[str, Callable[[], Any]] = {
     "inputs = .*must be an input of a rotor": lambda: gp.Stepper("han2021", inputs=["ring.bogus"]),
     "drive of kind speed|one of kind speed": lambda: gp.Stepper("han2021", inputs=["pinion.drive.torque"]),

@@ -367,3 +367,18 @@ def test_a_reduction_that_fails_leaves_the_others() -> None:
     assert partly.reason.startswith("reduce.line: band = ")
     assert np.isfinite(whole.row).all()
     assert np.isfinite(partly.row).tolist() == [True, False, False]
+
+
+def test_statistics_of_couplings__have_units_of_rotations() -> None:
+    """The largest load of a coupling is a torque; of the flanks of the same train it is a force."""
+    wanted = (("motor-pinion:forward", "N m"), ("pinion-wheel:drive", "N"))
+    plan = {
+        "case": "torsional-train",
+        "axes": [{"name": "gap", "path": "meshes.0.backlash", "values": [1e-4, 2e-4]}],
+        "reduce": [reduction("contact", name=f"peak_{k}", contact=contact, statistic="peak_force")
+                   for k, (contact, _) in enumerate(wanted)],
+    }  # fmt: skip
+    case = gp.load_case("torsional-train")
+    assert [kept.unit for kept in Reducer(load_sweep(plan), case, pack(case)).layout] == [
+        unit for _, unit in wanted
+    ]

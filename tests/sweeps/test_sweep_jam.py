@@ -9,6 +9,7 @@ from gearplay.model.reading import load_case, replace
 from gearplay.parts.mesh.train import geometry
 from gearplay.pictures import panels as figure_panels
 from gearplay.sweeps.plans.reading import load_sweep
+from gearplay.sweeps.report.curves import line_figure
 from gearplay.sweeps.report.drawable import View
 from gearplay.sweeps.report.figures import map_axes
 from gearplay.sweeps.report.jam import jam_excess, jam_lines
@@ -156,3 +157,31 @@ def test_the_map_shows_the_line_in_its_units(monkeypatch: pytest.MonkeyPatch) ->
     assert "jam line 2 sin α₀ (c₁ + c₂) = b₀" in [
         text.get_text() for text in figures[0].legends[0].get_texts()
     ]
+
+
+def test_curves__have_jam_lines_in_their_colour(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over backlash each clearance has its own limit; a curve whose clearance does not enter it shares the one of all."""
+    figures: list[Any] = []
+    plain = figure_panels.to_png
+    monkeypatch.setattr(figure_panels, "to_png", lambda figure: (figures.append(figure), plain(figure))[1])
+
+    def drawn(other: dict[str, Any]) -> tuple[Any, Sweep]:
+        sweep = sweep_of(axis("b", BACKLASH), other)
+        count, size = len(sweep.template.points), sweep.reducer.size
+        rows = {sweep.template.address_of(i): (0, "", np.full(size, 1.0 + i).tobytes()) for i in range(count)}
+        assert line_figure(View(sweep, to_product(sweep, rows)), ["rms"], "b") is not None
+        return figures[-1], sweep
+
+    figure, sweep = drawn(axis("play", RING, high="150 um", count=3))
+    legend = {text.get_text(): line.get_color() for text, line in zip(
+        figure.legends[0].get_texts(), figure.legends[0].get_lines(), strict=True)}  # fmt: skip
+    dashed = [line for line in figure.axes[0].lines if line.is_dashed()]
+    assert len(dashed) == 3
+    for line, (words, color) in zip(dashed, legend.items(), strict=False):
+        assert line.get_color() == color
+        play = 1e-6 * float(words.split()[-2])
+        case = replace(sweep.template.base, {RING: play, BACKLASH: 1e-6 * float(line.get_xdata()[0])})
+        assert geometry.jam_ratio(case, 0) == pytest.approx(1.0, abs=0.02)
+    assert "jam line of each curve" in legend
+    figure, _ = drawn(axis("drag", "rotors.ring.load.drag", low=1e-4, high=1e-3, count=3))
+    assert {line.get_color() for line in figure.axes[0].lines if line.is_dashed()} == {JAM}

@@ -93,6 +93,17 @@ class Fit:
     drift: tuple[Drift, ...]  # changes by a longer transient at the best point
 
 
+STEPS = (
+    "best point",
+    "check of the best point",
+    "posterior",
+    "conditions left out",
+    "hold-out",
+    "later times",
+)
+"""Steps of a fit after the trials, in their order."""
+
+
 @cache
 def _fits() -> TypeAdapter[Fit]:
     return TypeAdapter(Fit)
@@ -133,12 +144,11 @@ def run_calibration(
 
         found = run_search(problem, comparisons, trials(model.name), report=searched, stop=stop)
         for comparison in comparisons:
-            if report is not None:
-                report(
-                    f"{model.name}, {comparison.reading}: posterior and hold-out",
-                    (at + 1) * total / len(problems),
-                    total,
-                )
+
+            def stepped(step: int, of: str = f"{model.name}, {comparison.reading}") -> None:
+                if report is not None:
+                    report(f"{of}: {STEPS[step]}", float(step), float(len(STEPS)))
+
             identity = [
                 plan.model_dump(mode="json"),
                 model.name,
@@ -147,21 +157,33 @@ def run_calibration(
                 GROUPS,
                 later_than(plan.simulation),
             ]
-            make = partial(_fit_part, problem, comparison, found, stop=stop)
+            make = partial(_fit_part, problem, comparison, found, stepped, stop=stop)
             fits.append(fit_from(pieces.keep(identity, make)))
     return fits
 
 
 def _fit_part(
-    problem: Problem, comparison: Comparison, trials: Sequence[Trial], *, stop: threading.Event
+    problem: Problem,
+    comparison: Comparison,
+    trials: Sequence[Trial],
+    report: Callable[[int], None],
+    *,
+    stop: threading.Event,
 ) -> dict[str, Any]:
-    return asdict(fit_model(problem, comparison, trials, stop=stop))
+    return asdict(fit_model(problem, comparison, trials, report, stop=stop))
 
 
 def fit_model(
-    problem: Problem, comparison: Comparison, trials: Sequence[Trial], *, stop: threading.Event | None = None
+    problem: Problem,
+    comparison: Comparison,
+    trials: Sequence[Trial],
+    report: Callable[[int], None] = lambda _: None,
+    *,
+    stop: threading.Event | None = None,
 ) -> Fit:
     """Return the fit of one model in one reading from finished trials: best point, posterior, hold-out.
+
+    ``report`` is called with the number of each step in `STEPS` when it begins.
 
     Raises `SimulationError` where too few trials finished.
     """
@@ -176,11 +198,15 @@ def fit_model(
     logs, errors = comparison.logs_of(good)
     values = comparison.objective(logs, errors)
     surrogate = Surrogate.of(comparison, own)
+    report(0)
     unit = best_point(problem, surrogate, good, stop)
+    report(1)
     checked = check(problem, unit, stop)
     checked_logs, checked_errors = comparison.logs_of([checked])
+    report(2)
     posterior = sample_posterior(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
     free = number + int(plan.discrepancy) + int(comparison.reading == "unnormalised")
+    report(3)
     left_out = leave_one_out(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
     evidence_error, predictive_error = emulator_errors(
         comparison, own, number, discrepancy=plan.discrepancy, seed=plan.effort.seed
@@ -190,6 +216,10 @@ def fit_model(
     best = int(np.argmin(values))
     _, variance = comparison.residuals(checked_logs, checked_errors)
     low, middle, high = posterior.quantiles(posterior.points.scatter).tolist()
+    report(4)
+    held_out = tuple(hold_out(problem, comparison, good, stop))
+    report(5)
+    later = tuple(drifts(problem, comparison, unit, stop))
     return Fit(
         model=problem.model.name,
         reading=comparison.reading,
@@ -209,7 +239,7 @@ def fit_model(
         emulator_degree=surrogate.emulator.degree,
         emulator_error=tuple(float(v) for v in surrogate.error),
         left_out=tuple(left_out),
-        held_out=tuple(hold_out(problem, comparison, good, stop)),
+        held_out=held_out,
         standing=Standing(
             problem.model.name,
             information_criterion(surrogate, posterior, free),
@@ -219,7 +249,7 @@ def fit_model(
             predictive_error,
         ),
         history=tuple(float(v) for v in np.minimum.accumulate(values)),
-        drift=tuple(drifts(problem, comparison, unit, stop)),
+        drift=later,
     )
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from gearplay.calibration.plan import Plan
 from gearplay.files.plan_files import Source, plan_document
 from gearplay.model.bundled import bundled
+from gearplay.model.file_kinds import check_kind
 from gearplay.model.wording import validated
 
 PACKAGE = "gearplay.calibration"
@@ -43,4 +44,6 @@ def load_plan(source: Source) -> Plan:
     6
 
     """
-    return validated(Plan, plan_document(source, PACKAGE))
+    document = plan_document(source, PACKAGE)
+    check_kind(document, "calibration plan", "plan")
+    return validated(Plan, document)

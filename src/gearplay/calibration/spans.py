@@ -13,7 +13,7 @@ from gearplay.model.field_units import unit_at
 from gearplay.model.plan_values import value_at
 from gearplay.pictures.words import offset_in, plain, shown_in, shown_unit, wrapped
 from gearplay.vocabulary.errors import InputError
-from gearplay.vocabulary.quantities import ACCELERATION, CONTACT_STATISTICS
+from gearplay.vocabulary.quantities import ACCELERATION, contact_unit
 
 AMPLITUDE_UNITS = {"absolute": "m/s²", "unnormalised": "ordinate's unit", "displacement": "µm"}
 
@@ -137,5 +137,6 @@ def datum_unit(plan: Plan, reading: str, row: Row) -> str:
         return "1"
     if target.statistic == "rms":
         return shown_unit(ACCELERATION.unit)
-    known = CONTACT_STATISTICS.get(target.statistic)
-    return "1" if known is None else known.unit
+    if target.contact is None:
+        return "1"
+    return contact_unit(target.statistic, angular=target.contact.endswith((":forward", ":backward")))

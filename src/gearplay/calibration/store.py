@@ -78,7 +78,7 @@ class StudyStore:
             self.study.add_trial(finished)
 
 
-_CURE = "Choose another folder, or overwrite it to begin anew."
+_CURE = "Choose another folder, or give overwrite=True to begin anew."
 
 
 def _sqlite_errors(path: Path, *, foreign: bool = False) -> AbstractContextManager[None]:

@@ -11,7 +11,7 @@ import typer
 
 from gearplay.cli.alarms import alarm_against, check_alarm
 from gearplay.cli.options import Pulses, Units, si_number
-from gearplay.cli.output import Json, pictures_in, print_json, print_text
+from gearplay.cli.output import Json, print_json, print_text
 
 ENVELOPE_LINES = 8
 """Number of printed lines of an envelope."""
@@ -66,6 +66,7 @@ def analyze(
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder of the figures; no figures by default.")
     ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing figures.")] = False,
     json: Json = False,
 ) -> None:
     """Show statistics, lines and figures of a measured channel.
@@ -77,6 +78,10 @@ def analyze(
     from gearplay.signals.statistics import signal_statistics
     from gearplay.vocabulary.quantities import FREQUENCY
 
+    if out is not None:
+        from gearplay.signals.figures import check_pictures
+
+        check_pictures(out, overwrite=overwrite)
     rate = None if sampling is None else si_number("--sampling", sampling, FREQUENCY)
     expected = [si_number("--line", text, FREQUENCY) for text in lines or ()]
     ends = (
@@ -103,7 +108,7 @@ def analyze(
     if out is not None:
         from gearplay.signals.figures import draw_record
 
-        figures = draw_record(chosen, out, speed=turning, expected=expected, band=ends)
+        figures = draw_record(chosen, out, speed=turning, expected=expected, band=ends, overwrite=overwrite)
     document: dict[str, Any] = {
         "record": held.source,
         "format": held.format,
@@ -164,6 +169,7 @@ def speed_of(held: Any, speed: str | None, pulses: int | None) -> Any:
     from gearplay.schema.units import UnitError, parse_quantity
     from gearplay.vocabulary.errors import InputError
     from gearplay.vocabulary.quantities import ANGULAR_SPEED
+    from gearplay.vocabulary.suggestions import listed
 
     if speed is not None and speed not in held.names and Path(speed).is_file():
         from gearplay.files.measurements import read_measurement
@@ -172,7 +178,7 @@ def speed_of(held: Any, speed: str | None, pulses: int | None) -> Any:
         channel = read_measurement(Path(speed)).channel()
         return channel if pulses is None else angle_from_tacho(channel, pulses)
     if pulses is not None and speed not in held.names:
-        cure = f"Channels: {', '.join(held.names[:12])}"
+        cure = f"Channels: {listed(held.names)}"
         raise InputError.of("--speed", speed, "must name the channel of the pulses", cure)
     if speed is None:
         return None
@@ -186,7 +192,7 @@ def speed_of(held: Any, speed: str | None, pulses: int | None) -> Any:
         return parse_quantity(text, ANGULAR_SPEED)
     except UnitError as error:
         named = [*held.names, *(key for key, value in held.attributes.items() if _is_number(value))]
-        cure = f"{error.cure}, or name a channel or a scalar: {', '.join(named[:12])}"
+        cure = f"{error.cure}, or name a channel or a scalar: {listed(named)}"
         raise InputError.of("--speed", speed, error.rule, cure) from None
 
 
@@ -319,7 +325,8 @@ def _words(document: dict[str, Any]) -> str:
     if document["left_out"]:
         rows.append(f"left out, as they are no evenly sampled real numbers: {document['left_out']}")
     if document["figures"]:
-        rows += pictures_in(Path(document["figures"][0]).parent)
+        made = [Path(each) for each in document["figures"]]
+        rows.append(f"Pictures in {made[0].parent}: {', '.join(sorted(each.name for each in made))}")
     return "\n".join(rows)
 
 

@@ -11,7 +11,9 @@ from gearplay.cli.progress import progress_bar
 
 
 def calibrate(
-    plan: Annotated[str, typer.Argument(help="A plan file, or the name of a bundled plan: han2021.")],
+    plan: Annotated[
+        str, typer.Argument(help="A plan file, or the name of a bundled plan: han2021, tutorial.")
+    ],
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/calibrate-PLAN].")] = None,
     evaluations: Annotated[
         int | None,

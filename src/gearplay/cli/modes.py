@@ -42,7 +42,7 @@ def modes(
     places = [folder / name for name in names]
     for place in places:
         check_new(place, overwrite=overwrite)
-    highest = speed_of(campbell)
+    highest = speed_of(campbell, "--campbell")
     found = modes_of(base, load=load, speed=speed)
     diagram = None
     if highest is not None:

@@ -52,7 +52,7 @@ OPTIONS: Final = {
 }
 """Options by the names of the arguments that they set."""
 PHRASES: Final = {
-    "or overwrite it": "or say --overwrite",
+    "or give overwrite=True": "or say --overwrite",
     "Raise samples_per_revolution, or sample faster": "Sample faster",
     "Write it piece by piece (zarr)": "Say --zarr, which writes it piece by piece",
     "Draw a history": "Draw a history: --kind history",
@@ -88,7 +88,7 @@ def period_of(text: str) -> str | float:
 def with_options(error: GearplayError) -> GearplayError:
     """Return an error with the option names of the command line; the same object where nothing changes.
 
-    >>> print(with_options(InputError.of("at", "rim", "must be a rotor", "Choose another, or overwrite it")))
+    >>> print(with_options(InputError.of("at", "rim", "must be a rotor", "Choose another, or give overwrite=True")))
     --at = "rim": must be a rotor. Choose another, or say --overwrite.
     """
     if isinstance(error, InputError):

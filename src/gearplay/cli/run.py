@@ -208,13 +208,17 @@ def _words(d: dict[str, Any], shaft: Any) -> str:
 
 def _contact_lines(d: dict[str, Any]) -> list[str]:
     """Return the table of the contacts that closed, those with impacts first, and the names of the others."""
+    from gearplay.pictures.words import significant
+
     closed = {label: c for label, c in d["contacts"].items() if c["share_of_time"] > 0.0}
     first = sorted(closed, key=lambda label: -closed[label]["impacts_per_second"])
     wide = max(24, *(len(label) + 1 for label in closed)) if closed else 24
     lines = []
+    turned = ["angular" in c for c in closed.values()]
+    peak = "peak torque" if all(turned) else "peak" if any(turned) else "peak force"
     if closed:
         lines.append(
-            f"{'Contacts':<{wide}}{'time in contact':>16}{'impacts':>12}{'mean speed':>14}{'peak force':>13}"
+            f"{'Contacts':<{wide}}{'time in contact':>16}{'impacts':>12}{'mean speed':>14}{peak:>13}"
         )
     for label in first[:MOST_CONTACTS]:
         c = closed[label]
@@ -222,9 +226,9 @@ def _contact_lines(d: dict[str, Any]) -> list[str]:
         lines.append(
             f"{label:<{wide}}{100 * c['share_of_time']:>14.2f} %{c['impacts_per_second']:>8.1f} 1/s"
             + " "
-            + f"{1e3 * c['mean_impact_speed']:.2f} {speed}".rjust(13)
+            + f"{significant(1e3 * c['mean_impact_speed'])} {speed}".rjust(13)
             + " "
-            + f"{c['peak_force']:.1f} {force}".rjust(12)
+            + f"{significant(c['peak_force'])} {force}".rjust(12)
         )
     if len(first) > MOST_CONTACTS:
         lines.append(f"and {len(first) - MOST_CONTACTS} more; --json lists all")

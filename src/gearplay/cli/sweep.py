@@ -186,9 +186,16 @@ def _duration(seconds: float) -> str:
 def _changed(plan: Any, changes: list[str]) -> Any:
     if not changes:
         return plan
+    from gearplay.model.case import Case
     from gearplay.model.overrides import parse_override
     from gearplay.sweeps.plans.reading import load_sweep
 
     document = plan.model_dump(mode="json", exclude_none=True)
-    document["set"] = {**document["set"], **dict(parse_override(text) for text in changes)}
+    given = dict(parse_override(text) for text in changes)
+    for path in given:
+        field = path.partition(".")[0].strip()
+        if field in type(plan).model_fields and field not in Case.model_fields:
+            rule = f"must be a field of the case, and {field} is one of the plan"
+            raise InputError.of("--set", path, rule, "Change it in the plan's file")
+    document["set"] = {**document["set"], **given}
     return load_sweep(document)

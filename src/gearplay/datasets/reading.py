@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from gearplay.datasets.plan import DatasetPlan
 from gearplay.files.plan_files import Source, plan_document
+from gearplay.model.file_kinds import check_kind
 from gearplay.model.wording import translate
 from gearplay.vocabulary.errors import InputError
 
@@ -27,6 +28,7 @@ def load_dataset_plan(source: Source | DatasetPlan) -> DatasetPlan:
     if isinstance(source, DatasetPlan):
         return source
     document = plan_document(source, PACKAGE)
+    check_kind(document, "plan of a data set", "plan")
     if not isinstance(source, Mapping) and isinstance(rig := document.get("rig"), str):
         document["rig"] = str(Path(os.fspath(source)).parent / Path(rig).expanduser())
     try:

@@ -38,7 +38,7 @@ def _refusal(path: Path, rule: str, cure: str = "Choose another place.") -> Inpu
 
 
 def _taken(path: Path, rule: str) -> TakenError:
-    return TakenError.of("out", shown_path(path), rule, "Choose another name, or overwrite it.")
+    return TakenError.of("out", shown_path(path), rule, "Choose another name, or give overwrite=True.")
 
 
 def check_new(path: Path, *, overwrite: bool, size: float = 0.0) -> None:
@@ -183,10 +183,13 @@ def write_bytes(path: Path, content: bytes, *, overwrite: bool = True) -> None:
     write_with(path, lambda temporary: temporary.write_bytes(content), overwrite=overwrite)
 
 
-def write_figures(folder: Path, figures: Mapping[str, bytes]) -> None:
-    """Write PNGs by name into ``folder/figures``, each atomically."""
+def write_figures(folder: Path, figures: Mapping[str, bytes], *, add: bool = False) -> None:
+    """Write PNGs by name into ``folder/figures``, each atomically; remove all others there, or ``add`` to them."""
     for name, png in figures.items():
         write_bytes(folder / "figures" / f"{name}.png", png)
+    for stale in (folder / "figures").glob("*.png"):
+        if not add and stale.stem not in figures:
+            stale.unlink()
 
 
 def with_checksum(content: bytes) -> bytes:

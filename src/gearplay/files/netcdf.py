@@ -3,6 +3,7 @@
 import hashlib
 import math
 import os
+import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -171,8 +172,21 @@ def _refusing(path: Path) -> Iterator[None]:
     except RecursionError:
         raise _refusal(path, "its groups go round in a circle") from None
     except Exception as error:
-        words = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise _refusal(path, words) from None
+        raise _refusal(path, _in_words(error)) from None
+
+
+def _in_words(error: Exception) -> str:
+    """Return why a file cannot be read, without the internals of the HDF5 library."""
+    if isinstance(error, FileNotFoundError):
+        return "there is no such file"
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    words = str(error).splitlines()[0] if str(error) else type(error).__name__
+    if cut := re.search(r"truncated file: eof = (\d+),.* stored_eof = (\d+)", words):
+        return f"it is cut off: {cut[1]} of {cut[2]} bytes are there"
+    if "file signature not found" in words:
+        return "it is no HDF5 file"
+    return "it is damaged" if words.startswith("Unable to ") else words
 
 
 def load_whole(source: Path | BytesIO, size: int) -> "xr.Dataset":

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.vocabulary.errors import NO_VALUE, InputError
+from gearplay.vocabulary.suggestions import listed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -116,7 +117,7 @@ class Record:
         return tuple(channel.name for channel in self.channels)
 
     def _shown_names(self) -> str:
-        return ", ".join(self.names[:12]) + (", ..." if len(self.names) > 12 else "")
+        return listed(self.names)
 
     def channel(self, name: str | None = None) -> Channel:
         """Return one channel by its name; without a name the only one.

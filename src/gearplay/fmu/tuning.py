@@ -15,7 +15,7 @@ from gearplay.model.initial import Starts
 from gearplay.model.item_names import numbered
 from gearplay.model.pack import Packed, pack
 from gearplay.model.reading import replace
-from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.errors import Fault, InputError, show_value
 
 LOW, HIGH = 0.5, 2.0
 """Range of a parameter, in shares of its value in the case."""
@@ -171,11 +171,18 @@ def _value_at(case: Case, name: str) -> float:
             raise InputError.of(
                 "tune", name, rule, "See gearplay check, or the case file's reference"
             ) from None
-    if not isinstance(value, float) or value == 0.0 or not np.isfinite(value):
-        rule = (
-            "must be a field with a number other than 0, which is changed to between a half and twice of it"
-        )
+    if isinstance(value, int) and not isinstance(value, bool):
+        rule = f"must be a field that takes every value from half to twice that of the case; {value} is a whole number"
+        raise InputError.of("tune", name, rule, "Export one FMU for each value of it")
+    if isinstance(value, float) and value == 0.0:
+        rule = "must not be 0 in the case: a parameter ranges from half to twice the value there"
+        raise InputError.of("tune", name, rule, "Give it another value in the case, or leave it out")
+    if value is None:
+        rule = "must have a value in the case: a parameter ranges from half to twice that"
         raise InputError.of("tune", name, rule, "Give it a value in the case, or leave it out")
+    if not isinstance(value, float) or not np.isfinite(value):
+        rule = f"must be a field with a number; the case has {show_value(value)} there"
+        raise InputError.of("tune", name, rule, "Name a number, for example meshes.0.backlash")
     return value
 
 

@@ -22,6 +22,7 @@ from gearplay.results.simulate import case_of
 from gearplay.toothing.load_sharing import static_sharing, tip_gaps
 from gearplay.toothing.outline import closed_teeth
 from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.suggestions import listed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -130,7 +131,7 @@ def mesh_number(case: Case, mesh: str | int | None) -> int:
     if mesh is None and len(labels) == 1:
         return 0
     rule = "must name a mesh" if labels else "must have a mesh"
-    cure = f"Meshes: {', '.join(labels[:12])}{', ...' if len(labels) > 12 else ''}" if labels else "Add one"
+    cure = f"Meshes: {listed(labels)}" if labels else "Add one"
     raise InputError.of("mesh", "none" if mesh is None else mesh, rule, cure)
 
 

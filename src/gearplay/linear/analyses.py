@@ -104,7 +104,8 @@ def campbell(case: Source, speeds: ArrayLike | Sequence[str], *, load: str = "op
     """
     _check_length("speeds", speeds)
     numbers = np.array(
-        [speed_of(each) for each in np.atleast_1d(np.asarray(speeds, dtype=object)).tolist()], dtype=float
+        [speed_of(each, "speeds") for each in np.atleast_1d(np.asarray(speeds, dtype=object)).tolist()],
+        dtype=float,
     )
     if not 2 <= numbers.size <= MOST or np.any(np.diff(numbers) <= 0.0) or not np.all(np.isfinite(numbers)):
         raise InputError.of(
@@ -213,6 +214,6 @@ def _check_length(name: str, given: Any) -> None:
         )
 
 
-def speed_of(value: Any) -> float | None:
-    """Return a speed [rad/s] that is given as a number or with a unit; None for none. Raises `InputError` for anything else."""
-    return None if value is None else quantity_of("speed", value, q.ANGULAR_SPEED)
+def speed_of(value: Any, field: str = "speed") -> float | None:
+    """Return a speed [rad/s] given as a number or with a unit, None for none; `InputError` of ``field`` for anything else."""
+    return None if value is None else quantity_of(field, value, q.ANGULAR_SPEED)

@@ -44,11 +44,23 @@ class Varied:
     def number(self, value: Any, where: str) -> float:
         """Return a value of the field in SI, from a number or text with a unit; of a parameter a plain number."""
         if not self.is_function:
-            return number_in_si(self.case(0.0), (self.path,), value, where)
+            base = self.case(0.0)
+            try:
+                return number_in_si(base, (self.path,), value, where)
+            except InputError as error:
+                raise self._of_path(error) from None
         fault = Real(-math.inf).fault(value)
         if fault:
             raise InputError.of(where, value, fault, "Give plain numbers for the parameter of a function")
         return float(value)
+
+    def _of_path(self, error: InputError) -> InputError:
+        """Return the error of a path that leads to no field as one of the path, any other error as it is."""
+        fault = error.faults[0]
+        if not fault.rule.startswith(("unknown field", "no such", "is not a path")):
+            return error
+        why = "" if fault.rule == "unknown field" else f"; {fault.path}: {fault.rule}"
+        return InputError.of("path", self.path, f"must be a field of the case{why}", fault.cure)
 
     def family(self, base: Case, *, keep_load: bool = False) -> Family:
         """Return the family: along the field of a case, or the function."""

@@ -13,7 +13,7 @@ from gearplay.parts.planetary.expansion import TABLES, with_members
 from gearplay.parts.planetary.paths import settable_path
 from gearplay.parts.tables import HOLDERS
 from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, join_path, shorten
-from gearplay.vocabulary.suggestions import did_you_mean
+from gearplay.vocabulary.suggestions import did_you_mean, listed
 
 LONGEST: Final = 4096
 """Longest override [characters]."""
@@ -71,9 +71,7 @@ def apply_change(document: dict[str, Any], path: str, value: Any) -> Fault | Non
                 count = f"has {len(place)} {'item' if len(place) == 1 else 'items'}, counted from 0"
                 rule = f"no such item: {join_path(parts[:index])} {count}"
                 names = item_names(document, parts[0]) if index == 1 and parts[0] in LISTS else []
-                cure = (
-                    f"Write its number or its name: {', '.join(names[:8])}" if names else "Correct the number"
-                )
+                cure = f"Write its number or its name: {listed(names, 8)}" if names else "Correct the number"
                 return Fault(join_path(parts[: index + 1]), NO_VALUE, rule, cure)
             if last:
                 place[int(part)] = value

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from gearplay.model.bundled import bundled, bundled_text
 from gearplay.model.case import NO_ROTORS, Case
 from gearplay.model.consistency import cross_faults
+from gearplay.model.file_kinds import check_kind
 from gearplay.model.item_names import numbered
 from gearplay.model.overrides import apply_change, parse_override
 from gearplay.model.tables import brings_file, with_tables, without_replaced
@@ -227,6 +228,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[dict[
             raise InputError.of("case", name, rule, every)
         text, where, folder = read_text(path), shorten(path.name), path.parent
     document: dict[str, Any] = plain_copy(parse_toml(text, where))
+    check_kind(document, "case", "case", where)
     if "case" in document and not document.keys() & {"rotors", "planetary", FIELD}:
         rule = "must be a case, but this is a plan, which names its case"
         raise InputError.of("case", where, rule, "Run it with gearplay sweep or calibrate, or name its case")

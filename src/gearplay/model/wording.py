@@ -78,11 +78,22 @@ def _own_table(model: type[BaseModel], path: Path) -> str:
 
 def _addition(model: type[BaseModel], path: Path) -> str:
     """Return the cure for a missing field: of a table, the fields that it requires."""
-    parts = parts_in(model.model_fields[str(path[0])].annotation) if len(path) == 1 else []
+    annotation = model.model_fields[str(path[0])].annotation if len(path) == 1 else None
+    parts = [] if annotation is None else parts_in(annotation)
     required = [
         name for part in parts[:1] for name, field in part.model_fields.items() if field.is_required()
     ]
-    return f"Add a table [{path[0]}] with {', '.join(required)}" if required else "Add it"
+    if not required:
+        return "Add it"
+    kind = get_origin(annotation)
+    heading = (
+        f"[[{path[0]}]]"
+        if kind in (tuple, list)
+        else f"[{path[0]}.NAME]"
+        if kind in (dict, Mapping)
+        else f"[{path[0]}]"
+    )
+    return f"Add a table {heading} with {', '.join(required)}"
 
 
 def _fault(path: Path, document: Mapping[str, Any], rule: str, cure: str) -> Fault:

@@ -119,7 +119,7 @@ class Stage:
             ax.set_xticks([])
             ax.set_yticks([])
             ax.spines[["top", "right"]].set_visible(True)
-            ax.set_title(plain(short(look.words, 46)), fontsize=SMALL)
+            ax.set_title(plain(short(look.words, 56)), fontsize=SMALL)
         else:
             ax.set_xlabel("x [mm]", fontsize=SMALL)
             ax.set_ylabel("y [mm]", fontsize=SMALL)

@@ -128,7 +128,7 @@ def plot_orbit(ax: "Axes", x: Floats, y: Floats, clearance: float) -> "Axes":
         if c <= 0.0:
             ax.set_xlim(x[0] - 1.0, x[0] + 1.0)
             ax.set_ylim(y[0] - 1.0, y[0] + 1.0)
-    ax.set_aspect("equal", adjustable="box" if c > 0.0 else "datalim")
+    ax.set_aspect("equal", adjustable="box" if c > 0.0 or still else "datalim")  # no fixed limits are widened
     ax.locator_params(nbins=5)
     ax.set_xlabel("x [µm]", fontsize=8)
     ax.set_ylabel("y [µm]", fontsize=8)

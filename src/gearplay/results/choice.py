@@ -11,7 +11,7 @@ from gearplay.parts.mesh.train.geometry import is_held, rotor_of
 from gearplay.pictures.style import is_still
 from gearplay.results.output_shaft import output_of
 from gearplay.vocabulary.errors import InputError
-from gearplay.vocabulary.suggestions import nearest
+from gearplay.vocabulary.suggestions import listed, nearest
 
 if TYPE_CHECKING:
     from gearplay.results.result import Result
@@ -50,7 +50,7 @@ def elements_at(case: Case, at: str) -> list[str]:
         return [rotor_of(case, at), *own]
     known = list(dict.fromkeys([*case.rotors, *gears, *meshes, *couplings]))
     close = nearest(at, known)
-    cure = f"Did you mean '{close}'?" if close else f"Choose from: {', '.join(known[:LISTED])}"
+    cure = f"Did you mean '{close}'?" if close else f"Choose from: {listed(known, LISTED)}"
     rule = "must be a rotor, a gear, a sleeve, a mesh or a coupling of the case"
     raise InputError.of("at", at, rule, cure)
 

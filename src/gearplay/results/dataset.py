@@ -17,14 +17,12 @@ from gearplay.results.provenance import KIND, provenance
 from gearplay.solver.limits import check_samples
 from gearplay.solver.trajectory import Column, Trajectory, work_of, worst_of
 from gearplay.vocabulary.memory import enough_memory
-from gearplay.vocabulary.quantities import CONTACT_STATISTICS
+from gearplay.vocabulary.quantities import ANGULAR_UNITS, CONTACT_STATISTICS
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Floats = NDArray[np.float64]
-ANGULAR_UNITS = {"m/s": "rad/s", "N": "N m", "m": "rad"}
-"""Units of the statistics of couplings' contacts, ``contact_angular`` true, by the unit of the others."""
 METHOD = "Dormand-Prince 5(4), located events"
 FIXED_METHODS = {
     "step": "Dormand-Prince 5(4) formula, equal steps, events noticed at their ends",

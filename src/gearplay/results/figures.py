@@ -304,7 +304,9 @@ def overview_figure(result: "Result", window: Window) -> Any:
         forces.locator_params(axis="x", nbins=5)
         _heading(forces, f"mesh {mesh.label}, {window_words(span)}")
     else:
-        draw_history(forces, result, *held[-1], window)
+        loads = [each for each in held if each[0] in ("bearing_element_load", "coupling_torque")]
+        shown = next((each for each in (*loads, *reversed(held)) if moves(result, *each)), held[-1])
+        draw_history(forces, result, *shown, window)
     second = ("backlash", mesh.label) if mesh is not None and ("backlash", mesh.label) in held else fast
     draw_history(history, result, *(second if moves(result, *second) else fast), window)
     heard = fast if moves(result, *fast) or mesh is None else ("drive_force", mesh.label)

@@ -16,6 +16,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from gearplay.model.case import Case
+from gearplay.model.file_kinds import check_kind
 from gearplay.model.toml_files import parse_toml, plain_copy, read_text
 from gearplay.model.wording import translate
 from gearplay.parts.mesh.train import geometry
@@ -295,6 +296,7 @@ def load_rig(source: Rig | str | os.PathLike[str] | Mapping[str, Any] | None = N
         return source
     try:
         document = _document({} if source is None else source)
+        check_kind(document, "rig", "rig", NO_VALUE if isinstance(source, Mapping) else str(source))
         return Rig.model_validate(document)
     except ValidationError as error:
         faults = translate(error, document, Rig)

@@ -15,8 +15,9 @@ from typing import Annotated, Any, Final, NamedTuple, NoReturn, TypeVar
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from gearplay.schema.units import ICE, LONGEST, UnitError, parse_quantity, unit_exponent
+from gearplay.schema.units import COMMA, ICE, LONGEST, UnitError, comma_cure, parse_quantity, unit_exponent
 from gearplay.vocabulary import quantities as q
+from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.quantities import Quantity
 
 KIND: Final = "kind:"
@@ -75,6 +76,13 @@ class Part(BaseModel):
         hide_input_in_errors=True,
         defer_build=True,
     )
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set a private attribute; `InputError` for a field, which is constant."""
+        if name in type(self).model_fields:
+            cure = 'Make a changed copy, for example gearplay.replace(case, {"meshes.0.backlash": 1e-4})'
+            raise InputError.of(name, value, "must not be assigned: fields are constant", cure)
+        super().__setattr__(name, value)
 
 
 @dataclass(frozen=True)
@@ -205,6 +213,8 @@ class HertzStiffness(Measure):
         try:
             return self._within(parse_quantity(value, quantity))
         except UnitError as error:
+            if error.rule == COMMA:
+                _refuse_here(error.rule, error.cure)
             _refuse_here(
                 f"{error.rule} for exponent {exponent:g}",
                 f"Write a number in {quantity.unit}, or give the exponent that belongs to the unit",
@@ -213,6 +223,8 @@ class HertzStiffness(Measure):
 
 def _plain_number(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
+        if isinstance(value, str) and (cure := comma_cure(value)):
+            _refuse_here(COMMA, cure)
         _refuse_here("must be a plain number", "Write it without quotes and without a unit")
     try:
         number = float(value)

@@ -30,6 +30,8 @@ LONGEST: Final = 64
 _TEXT: Final = re.compile(
     r"(?P<number>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?)(?P<gap> *)(?P<unit>.*)"
 )
+_COMMA: Final = re.compile(r"[+-]?[0-9]*,[0-9]")
+COMMA: Final = "has a comma in its number"
 _TOKEN: Final = (
     r"(?P<name>[A-Za-zµμ°%]+)|(?P<power>\^-?[0-9]{1,3}(?:\.[0-9]{1,3})?(?![0-9.^]))"
     r"|(?P<one>(?<![0-9A-Za-z])1(?= ?/))|(?P<sign>[*./()])|(?P<space> )"
@@ -133,6 +135,8 @@ def parse_quantity(value: str | float, quantity: Quantity) -> float:
     if len(value) > LONGEST:
         raise UnitError(f"must have at most {LONGEST} characters", example)
     match = _TEXT.fullmatch(value.strip(" "))
+    if cure := comma_cure(value):
+        raise UnitError(COMMA, cure)
     if match is None:
         raise UnitError("must start with a plain number, followed by a unit", example)
     number, unit = match["number"], match["unit"]
@@ -151,6 +155,25 @@ def parse_quantity(value: str | float, quantity: Quantity) -> float:
             "is a diametral pitch, not a length", f'Write the module: "{25.4 / float(number):.6g} mm"'
         )
     return _scaled(number, _factor(unit, quantity), example)
+
+
+def comma_cure(text: str) -> str:
+    """Return what to write for a number with a comma, "" where there is none.
+
+    Examples
+    --------
+    >>> comma_cure("0,03 mm"), comma_cure("0,5"), comma_cure("1,000,000 s"), comma_cure("0.5 s")
+    ('Write it with a decimal point: "0.03 mm"', 'Write it with a decimal point: 0.5', 'Write it without commas', '')
+
+    """
+    plain = text.strip(" ")
+    if not _COMMA.match(plain):
+        return ""
+    if plain.count(",") > 1:
+        return "Write it without commas"
+    pointed = plain.replace(",", ".")
+    bare = re.fullmatch(r"[-+0-9.eE]+", pointed)
+    return "Write it with a decimal point: " + (pointed if bare else f'"{pointed}"')
 
 
 def quantity_of(field: str, value: Any, quantity: Quantity) -> float:

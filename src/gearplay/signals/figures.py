@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.files.atomic import write_bytes
+from gearplay.files.atomic import check_new, write_bytes
 from gearplay.files.record import Channel
 from gearplay.pictures.canvas import pixels_of, to_png
 from gearplay.pictures.extremes import extremes, largest_of_cells
@@ -31,6 +31,11 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+PICTURES = (
+    "history", "spectrum", "density", "spectrogram", "envelope_spectrum",
+    "order_spectrum", "order_map", "synchronous_average",
+)  # fmt: skip
+"""Names of the pictures of `draw_record`; the last three where a speed is given."""
 DECADES = 5.0  # shown below the highest value; rounding would else fill the picture
 
 
@@ -175,6 +180,12 @@ def plot_synchronous_average(ax: "Axes", result: SynchronousAverage) -> "Axes":
     return _finish(ax, "angle of the shaft [deg]", vertical, result.caption, result.name)
 
 
+def check_pictures(folder: Path, *, overwrite: bool) -> None:
+    """Refuse a folder that cannot be written, or that has pictures of `draw_record` which may not be replaced."""
+    for name in PICTURES:
+        check_new(folder / f"{name}.png", overwrite=overwrite)
+
+
 def draw_record(
     channel: Channel,
     folder: Path | str,
@@ -183,12 +194,14 @@ def draw_record(
     expected: Sequence[float] = (),
     band: tuple[float, float] | None = None,
     highest: float | None = None,
+    overwrite: bool = False,
 ) -> list[Path]:
     """Write a page of PNGs of one signal into ``folder`` and return their paths.
 
     History, amplitude spectrum with the lines near ``expected`` [Hz] marked, density, spectrogram, envelope spectrum of
     ``band`` [Hz] (the most impulsive one unless given); with a shaft's ``speed`` (see `shaft_angle`) order spectrum, order map
     and synchronous average up to the order ``highest``. Nothing is written where an analysis is refused.
+    Pictures of an earlier record in the folder are refused, or with ``overwrite`` replaced, those without a successor removed.
 
     Parameters
     ----------
@@ -204,6 +217,8 @@ def draw_record(
         Band of the envelope [Hz]; the most impulsive one if not given.
     highest
         Highest order; as far as the sampling allows if not given.
+    overwrite
+        Whether to replace the pictures of an earlier record.
 
     Returns
     -------
@@ -213,7 +228,7 @@ def draw_record(
     Raises
     ------
     InputError
-        As the analyses do, and where the folder cannot be written.
+        As the analyses do, and where the folder cannot be written or has such pictures already.
 
     Examples
     --------
@@ -223,6 +238,8 @@ def draw_record(
     ['history.png', 'spectrum.png']
 
     """
+    folder = Path(folder)
+    check_pictures(folder, overwrite=overwrite)
     values = check_channel(channel, 256)
     low, high = band if band is not None else most_impulsive_band(channel)
     whole = averaged_spectrum(channel, segment=values.size)
@@ -243,6 +260,9 @@ def draw_record(
         pages["synchronous_average"] = plot_synchronous_average(new_axes(), average)
     paths = []
     for name, ax in pages.items():
-        paths.append(Path(folder) / f"{name}.png")
-        write_bytes(paths[-1], to_png(ax.figure))
+        paths.append(folder / f"{name}.png")
+        write_bytes(paths[-1], to_png(ax.figure), overwrite=overwrite)
+    for name in PICTURES:
+        if name not in pages:
+            (folder / f"{name}.png").unlink(missing_ok=True)  # of the record that was replaced
     return paths

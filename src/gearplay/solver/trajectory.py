@@ -28,6 +28,7 @@ from gearplay.solver.continuation import End
 from gearplay.solver.housing import HousingMotion
 from gearplay.solver.status import WORDS, Status
 from gearplay.vocabulary.errors import InputError
+from gearplay.vocabulary.suggestions import listed, nearest
 
 Floats = NDArray[np.float64]
 
@@ -77,12 +78,25 @@ def _chosen(
     for name in wanted:
         found = [i for i, c in enumerate(every) if name in (c.signal, f"{c.label}.{c.signal}")]
         if not found:
-            known = sorted({c.signal for c in every})
-            raise InputError.of(
-                "signals", name, "must be a signal of this case", f"Choose from: {', '.join(known)}."
-            )
+            raise InputError.of("signals", name, "must be a signal of this case", _cure(name, every))
         chosen.extend(i for i in found if i not in chosen)
     return tuple(every[i] for i in chosen), tuple(chosen)
+
+
+def _cure(name: str, every: Sequence[Column]) -> str:
+    """Return what to write instead of a name that is no signal: of which part of it is known, the other part."""
+    label, _, signal = name.rpartition(".")
+    having = {c.label: None for c in every if c.signal == signal}
+    own = {c.signal: None for c in every if c.label == label}
+    if label and having:
+        close = nearest(label, having)
+        return f"Did you mean '{close}.{signal}'?" if close else f"Elements with {signal}: {listed(having)}"
+    if own:
+        close = nearest(signal, own)
+        return f"Did you mean '{label}.{close}'?" if close else f"Signals of {label}: {', '.join(own)}"
+    known = sorted({c.signal for c in every})
+    close = nearest(name, [*known, *(f"{c.label}.{c.signal}" for c in every)])
+    return f"Did you mean '{close}'?" if close else f"Choose from: {', '.join(known)}"
 
 
 class ContactStatistics(NamedTuple):

@@ -15,6 +15,7 @@ from gearplay.parts.mesh.train import rolling
 from gearplay.parts.registry import POSITIONER, SERVO
 from gearplay.solver.trajectory import Column, choose_columns
 from gearplay.vocabulary.errors import Fault, InputError
+from gearplay.vocabulary.suggestions import did_you_mean, nearest
 
 Floats = NDArray[np.float64]
 
@@ -65,8 +66,7 @@ def _find(case: Case, packed: Packed, given: str, name: str) -> Input:
     rotor = name.removesuffix(f".{ending}")
     if not ending or rotor not in case.rotors:
         rule = "must be an input of a rotor: drive.torque, load.torque, drive.speed or drive.angle"
-        some = ", ".join(list(case.rotors)[:8])
-        raise InputError.of("inputs", given, rule, f"Write ROTOR.drive.torque, with one of the rotors {some}")
+        raise InputError.of("inputs", given, rule, _cure(name, rotor if ending else "", case))
     unit, description = _WORDS[ending]
     i, drive = list(case.rotors).index(rotor), case.rotors[rotor].drive
     kind = None if drive is None else drive.kind
@@ -102,6 +102,21 @@ def _find(case: Case, packed: Packed, given: str, name: str) -> Input:
     row = int(np.flatnonzero(packed.system.records[table]["rotor"] == i)[0])
     kind_of = SPEED_INPUT if ending == "drive.speed" else ANGLE_INPUT
     return Input(name, unit, description, getattr(drive, at), kind_of, row)
+
+
+def _cure(name: str, rotor: str, case: Case) -> str:
+    """Return what to write instead of a name, of which ``rotor`` is the part before the ending of an input."""
+    if rotor:
+        return did_you_mean(rotor, case.rotors, "Rotors")
+    owners = [each for each in case.rotors if name == each or name.startswith(f"{each}.")]
+    if not owners:
+        written = f"Write for example {next(iter(case.rotors))}.drive.torque"
+        return f"{written}. {did_you_mean(name.partition('.')[0], case.rotors, 'Rotors')}"
+    owner = max(owners, key=len)
+    wrong = name[len(owner) + 1 :]
+    near = [each for each in _ENDINGS if wrong in each.split(".")]
+    near = near or [each for each in (nearest(wrong, _ENDINGS),) if each] or list(_ENDINGS)
+    return f"Write {' or '.join(f'{owner}.{each}' for each in near)}"
 
 
 def find_outputs(packed: Packed, names: Sequence[str]) -> tuple[tuple[Column, ...], NDArray[np.int64]]:

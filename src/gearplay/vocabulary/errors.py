@@ -216,7 +216,7 @@ class TakenError(InputError):
 
     Examples
     --------
-    >>> error = TakenError(Fault("out", "run.nc", "must not exist yet", "Choose another name, or overwrite it"))
+    >>> error = TakenError(Fault("out", "run.nc", "must not exist yet", "Choose another name, or give overwrite=True"))
     >>> isinstance(error, InputError), error.exit_code
     (True, 2)
 

@@ -154,6 +154,23 @@ CONTACT_STATISTICS: Final = _table(
 )
 """Statistics of every contact of a run; those of couplings are in rad/s, N m and rad."""
 
+ANGULAR_UNITS: Final = MappingProxyType({"m/s": "rad/s", "N": "N m", "m": "rad"})
+"""Units of the statistics of contacts between rotations, as of couplings, by the unit of the others."""
+
+
+def contact_unit(statistic: str, *, angular: bool) -> str:
+    """Return the SI unit of a statistic of a contact, between rotations if ``angular``.
+
+    Examples
+    --------
+    >>> contact_unit("peak_force", angular=True), contact_unit("share_of_time", angular=True)
+    ('N m', '1')
+
+    """
+    unit = CONTACT_STATISTICS[statistic].unit
+    return ANGULAR_UNITS.get(unit, unit) if angular else unit
+
+
 OUTPUT_STATISTICS: Final = _table(
     Quantity("mean_speed", "omega_mean", "rad/s", "rpm", _RPM, "mean speed"),
     Quantity("speed_ripple", "omega_pp", "rad/s", "rpm", _RPM, "speed ripple, peak to peak"),

@@ -7,7 +7,21 @@ from typing import Final
 from gearplay.vocabulary.errors import KEY_LENGTH, shorten
 
 LISTED: Final = 12
-"""Names a hint lists before it stops."""
+"""Names a hint lists before it counts the rest."""
+
+
+def listed(names: Iterable[str], most: int = LISTED) -> str:
+    """Return names as a list in words, of many the first ones and the number of the others.
+
+    Examples
+    --------
+    >>> listed(["ring", "pinion"]), listed("abcd", 2), listed([])
+    ('ring, pinion', 'a, b and 2 more', 'none')
+
+    """
+    known = [shorten(name, KEY_LENGTH) for name in names]
+    more = f" and {len(known) - most} more" if len(known) > most else ""
+    return (", ".join(known[:most]) + more) or "none"
 
 
 def nearest(word: str, words: Iterable[str]) -> str | None:
@@ -36,7 +50,4 @@ def did_you_mean(word: str, words: Iterable[str], title: str = "Known") -> str:
     close = nearest(word, known)
     if close is not None:
         return f"Did you mean '{shorten(close, KEY_LENGTH)}'?"
-    if not known:
-        return f"{title}: none"
-    more = ", ..." if len(known) > LISTED else ""
-    return f"{title}: {', '.join(shorten(name, KEY_LENGTH) for name in sorted(known)[:LISTED])}{more}"
+    return f"{title}: {listed(sorted(known))}"

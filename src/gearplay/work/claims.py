@@ -36,4 +36,4 @@ def read_claim(folder: Path, program: str) -> dict[str, Any]:
 
 
 def _not_ours(folder: Path, rule: str) -> TakenError:
-    return TakenError(Fault("out", shown_path(folder), rule, "Choose another folder, or overwrite it"))
+    return TakenError(Fault("out", shown_path(folder), rule, "Choose another folder, or give overwrite=True"))

@@ -170,4 +170,4 @@ def _has_rows(connection: sqlite3.Connection) -> bool:
 
 
 def _errors_of(path: Path) -> AbstractContextManager[None]:
-    return sqlite_errors(path, "be a sweep's readable store", "Choose another folder, or overwrite it")
+    return sqlite_errors(path, "be a sweep's readable store", "Choose another folder, or give overwrite=True")

@@ -15,6 +15,7 @@ from gearplay.files.measurements.rates import Declaration, agreed_rate, check_fi
 from gearplay.files.measurements.refusing import check_samples, damaged, quoted
 from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import Fault, InputError, escape_controls, shorten
+from gearplay.vocabulary.suggestions import listed
 
 Floats = NDArray[np.float64]
 
@@ -42,8 +43,7 @@ class Request(sandbox.Request):
                 chosen.append(names.index(name))
                 continue
             close = get_close_matches(name, names, 1)
-            shown = ", ".join(shorten(each, 40) for each in names[:12]) + (", ..." if len(names) > 12 else "")
-            cure = f"Did you mean {quoted(close[0])}?" if close else f"Channels: {shown or 'none'}"
+            cure = f"Did you mean {quoted(close[0])}?" if close else f"Channels: {listed(names)}"
             faults.append(Fault("channels", name, f"must be a channel of {shorten(self.path.name)}", cure))
         if faults:
             raise InputError(faults)

@@ -21,6 +21,7 @@ from gearplay.files.measurements.refusing import LARGEST_FILE, LARGEST_TEXT, che
 from gearplay.files.record import Channel, Record
 from gearplay.files.sandbox import READER, SandboxError
 from gearplay.vocabulary.errors import Fault, InputError, ResourceError, shorten, show_value
+from gearplay.vocabulary.suggestions import listed
 
 
 def read_measurement(
@@ -183,7 +184,7 @@ def _unreadable(path: Path, error: Exception) -> InputError:
 
 
 def _calibrated(record: Record, calibration: Mapping[str, tuple[float, str]], argument: str) -> Record:
-    shown = ", ".join(record.names[:12])
+    shown = listed(record.names)
     faults = []
     for name, (factor, _) in calibration.items():
         if name not in record.names:

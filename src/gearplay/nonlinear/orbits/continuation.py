@@ -164,6 +164,12 @@ def branch(
     """
     varied, settings, base = _prepared(case, path, low, high, size, orbits)
     first = settings.low if varied.is_function and start is None else _first_value(varied, base, start)
+    if not settings.low <= first <= settings.high:
+        within = f"must lie between low and high, {settings.low:g} and {settings.high:g}"
+        if start is None:
+            rule = f"{within}: the branch begins at the case's own value"
+            raise InputError.of(path, first, rule, "Widen the bounds, or give a start within them")
+        raise InputError.of("start", first, within, "Give another start, or widen the bounds")
     _check_limit_cycle(autonomous, section, order)
     family = _map_of(_sharp_family(varied, base, keep_load=keep_load), first, autonomous, section)
     with limited(base.run.max_wall_time):

@@ -6,9 +6,9 @@ from typing import Any
 
 from gearplay.files.plan_files import Source, plan_document
 from gearplay.model.case import Case
+from gearplay.model.file_kinds import check_kind
 from gearplay.model.wording import validated
 from gearplay.sweeps.plans.plan import SweepPlan
-from gearplay.vocabulary.errors import NO_VALUE, InputError
 
 PACKAGE = "gearplay.sweeps"
 
@@ -22,9 +22,7 @@ def load_sweep(source: Source) -> SweepPlan:
     ['model', 'speed', 'radial_clearance', 'backlash']
     """
     document = plan_document(source, PACKAGE)
-    if "rotors" in document and "reduce" not in document:
-        rule = "must be a sweep plan, but this is a case"
-        raise InputError.of("plan", NO_VALUE, rule, "Name the case in a plan: case = ...; see docs/sweeps")
+    check_kind(document, "sweep plan", "plan")
     return validated(SweepPlan, document)
 
 

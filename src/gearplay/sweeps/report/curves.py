@@ -38,17 +38,14 @@ def line_figure(view: View, names: Sequence[str], along: str) -> bytes | None:
     if not any(np.isfinite(band[0]).any() for band in bands.values()):
         return None
     figure, axes = make_panels(len(names), 2, 2.3, alone=(3.3, 7.5))
-    jams = {
-        float(line.across[0]) for place, _ in curves for line in jam_lines_of(view, along, "", held | place)
-    }
-    inside = [x for x in sorted(view.axes[along].shown(j) for j in jams) if _within(view, along, x)]
+    limits, own = _jam_limits(view, along, held, curves)
     failed = np.any([view.failed((along,), held | place) for place, _ in curves], axis=0)
     for number, (ax, name) in enumerate(zip(axes.flat, names, strict=False)):
         for at, (_, color) in enumerate(curves):
             _curve(ax, view, along, bands[name, at], color, (at, len(curves)))
         _finish(ax, view, name, [x for at in range(len(curves)) for x in bands[name, at]])
-        for x in inside:
-            ax.axvline(x, color=JAM, linewidth=1.0, linestyle=(0, (5, 2)), zorder=1.5)
+        for x, color in limits:
+            ax.axvline(x, color=color, linewidth=1.0, linestyle=(0, (5, 2)), zorder=1.5)
         _crosses(ax, view, along, failed)
         scale_axis(ax, view.axes[along], label=number >= len(names) - axes.shape[1])
     handles = {
@@ -56,12 +53,31 @@ def line_figure(view: View, names: Sequence[str], along: str) -> bytes | None:
         for place, color in curves
         if second
     }
-    if inside:
-        handles[JAM_WORDS] = legend_mark(JAM, line="--")
+    if limits:
+        handles["jam line of each curve" if own else JAM_WORDS] = legend_mark(
+            CLEARANCE if own else JAM, line="--"
+        )
     if failed.any():
         handles["some case failed"] = legend_mark(CLEARANCE, marker="x")
     words = f"numbers over {view.axes[along].words}"
     return finished(figure, title_of(view, words, view.held_words(held), view.band_words), handles)
+
+
+def _jam_limits(
+    view: View, along: str, held: dict[str, int], curves: Sequence[tuple[dict[str, int], str]]
+) -> tuple[list[tuple[float, str]], bool]:
+    """Return the jam limits on an axis with their colours, and whether these are those of curves with limits of their own."""
+    found = [
+        {
+            view.axes[along].shown(float(line.across[0]))
+            for line in jam_lines_of(view, along, "", held | place)
+        }
+        for place, _ in curves
+    ]
+    own = any(each != found[0] for each in found)
+    colors = [color for _, color in curves] if own else [JAM]
+    pairs = [(x, color) for each, color in zip(found, colors, strict=False) for x in sorted(each)]
+    return [(x, color) for x, color in pairs if _within(view, along, x)], own
 
 
 def _within(view: View, along: str, x: float) -> bool:

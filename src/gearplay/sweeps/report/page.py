@@ -34,9 +34,6 @@ def write_sweep_report(sweep: Sweep, dataset: "xr.Dataset", folder: Path) -> Non
     """
     pictures = pictures_of(sweep, dataset)
     figures = {picture.name: picture.png for picture in pictures}
-    for stale in (folder / "figures").glob("*.png"):
-        if stale.stem not in figures:
-            stale.unlink()
     write_figures(folder, figures)
     write_text(folder / "report.html", render(sweep, dataset, pictures))
 

@@ -77,12 +77,14 @@ def run_in(
     engine: Engine,
     left: Sequence[int] | None = None,
     *,
+    label: str | None = None,
     progress: Progress | None = None,
     stop: threading.Event | None = None,
 ) -> int:
     """Run the missing cases of a sweep in its folder, locked by the caller; return their number.
 
-    Every finished case is stored at once. ``left`` is the result of `jobs_left`, called here if not given.
+    Every finished case is stored at once. ``left`` is the result of `jobs_left`, called here if not given; ``label`` that of
+    the progress, by default the title of the plan.
     """
     if left is None:
         left = jobs_left(made, folder, engine)
@@ -90,7 +92,7 @@ def run_in(
     finished = engine.run(
         made,
         left,
-        label=made.plan.title or "sweep",
+        label=label or made.plan.title or "sweep",
         finished=len(engine.share(range(points.jobs))) - len(left),
         pieces=points.job_size,
         progress=progress,

@@ -33,7 +33,7 @@ from gearplay.sweeps.plans.kept import (
 )
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.vocabulary.errors import InputError
-from gearplay.vocabulary.quantities import CONTACT_STATISTICS, OUTPUT_STATISTICS
+from gearplay.vocabulary.quantities import OUTPUT_STATISTICS, contact_unit
 
 Floats = NDArray[np.float64]
 OfSignal = (
@@ -71,7 +71,7 @@ class Reducer:
         samples = max(1, int(run.duration * run.sampling + 0.5))
         for each in plan.reduce:
             _check_band(each, run.duration, run.sampling)
-        self.shares = [_kept(each, samples, run.sampling) for each in plan.reduce]
+        self.shares = [_kept(each, samples, run.sampling, packed) for each in plan.reduce]
         self.layout = [kept for share in self.shares for kept in share]
         self._last: tuple[Case | None, float] = (None, math.nan)
         _check_names(plan, self.layout)
@@ -176,12 +176,13 @@ def _unknown(reduction: Any, field: str, value: str, known: tuple[str, ...]) -> 
     return InputError.of(f"reduce.{reduction.name}.{field}", value, rule, f"Choose from: {', '.join(known)}")
 
 
-def _kept(reduction: Any, samples: int, sampling: float) -> list[Kept]:
+def _kept(reduction: Any, samples: int, sampling: float, packed: Packed) -> list[Kept]:
     """Return the variables that one reduction contributes to the row."""
     name = reduction.name
     if isinstance(reduction, ContactReduction):
         words = f"{reduction.statistic.replace('_', ' ')} of {reduction.contact}"
-        return [Kept(name, CONTACT_STATISTICS[reduction.statistic].unit, words)]
+        angular = bool(packed.angular[packed.contact_labels.index(reduction.contact)])
+        return [Kept(name, contact_unit(reduction.statistic, angular=angular), words)]
     if isinstance(reduction, OutputReduction):
         quantity = OUTPUT_STATISTICS[reduction.statistic]
         at = f"of {reduction.at}" if reduction.at else "of the output shaft"

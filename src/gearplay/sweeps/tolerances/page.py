@@ -91,7 +91,8 @@ def write_tolerances(
             part.check_size()
             place = folder / FOLDER / f"{'fresh' if fresh else 'factor'}-{factor!r}"
             with locked(place):
-                run_in(part, place, engine, progress=progress, stop=stop)
+                label = f"tolerances x {factor:.4g}, {'check by fresh draws' if fresh else 'search'}"
+                run_in(part, place, engine, label=label, progress=progress, stop=stop)
                 return values_of(gather(part, place), tolerance.measure)
 
         return evaluate
@@ -131,7 +132,7 @@ def write_tolerance(
     scales = {p.name: _scale_of(product, p.name) for p in plan.design.parameters}
     document = document_of(plan, tolerance, product, found, scales, search, limit)
     figures = draw_figures(tolerance, found, search, plan.design)
-    write_figures(folder, figures)
+    write_figures(folder, figures, add=True)
     write_text(folder / "tolerance.json", json.dumps(document, indent=1, allow_nan=False))
     write_text(folder / PAGE, render(plan, found, scales, document, figures))
     return document
