@@ -173,4 +173,5 @@ def _check(each: dict[str, Any]) -> str:
 def _line(line: dict[str, Any], unit: str) -> str:
     expected = f", expected {line['expected']:.6g} Hz" if line["expected"] == line["expected"] else ""
     healthy = f", healthy {line['healthy']:.3g}" if line["healthy"] == line["healthy"] else ""
-    return f"  {line['frequency']:.6g} Hz: {line['amplitude']:.3g} {unit}{healthy}, {line['name']}{expected}"
+    height = f"{line['amplitude']:.3g}{'' if unit == '1' else f' {unit}'}"
+    return f"  {line['frequency']:.6g} Hz: {height}{healthy}, {line['name']}{expected}"
