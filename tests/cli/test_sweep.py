@@ -1000,7 +1000,7 @@ def test_plans_and_cases_are_told_apart(tmp_path: Path, capsys: pytest.CaptureFi
     rig = tmp_path / "rig.toml"
     rig.write_text("[collector]\nbits = 12\n", encoding="utf-8")
     assert do("run", rig) == 2
-    assert told().endswith(": must be a case, but this is a rig. Give it to gearplay measure: --rig FILE.\n")
+    assert told().endswith(": must be a case, but this is a rig. Name it as the rig of a measurement.\n")
 
 
 @pytest.mark.parametrize(

@@ -232,8 +232,8 @@ REFUSED: dict[str, tuple[str, dict[str, Any]]] = {
     "a rig and quick": ("must be given with a case", {"case": PAIR, "quick": True, "rig": {}}),
     "a rig elsewhere": ("must be a rotor", {"case": PAIR, "rig": {"accelerometers": {"a": {"rotor": "crank"}}}}),
     "one member": ("from 2 to 64", {"case": PAIR, "members": 1}),
-    "a file that is no rig": (r"rattling-pair.toml: rotors: unknown field", {"case": PAIR, "rig": PAIR}),
-    "a file that is no case": (r"rattling-rig.toml: collector: unknown field", {"case": RIG}),
+    "a file that is no rig": (r"rattling-pair.toml\": must be a rig, but this is a case", {"case": PAIR, "rig": PAIR}),
+    "a file that is no case": (r"rattling-rig.toml\": must be a case, but this is a rig", {"case": RIG}),
     "a rotor of another case": (r"rattling-rig.toml: accelerometers.wheel.rotor", {"case": "two-stage-reducer", "rig": RIG}),
     "no file of a rig": ("no such file", {"case": PAIR, "rig": "no-such.toml"}),
 }  # fmt: skip

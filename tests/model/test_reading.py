@@ -102,7 +102,7 @@ def test_digest__depends_on_values_and_not_on_spelling() -> None:
 
 def test_a_case_cannot_be_changed() -> None:
     case = load_case("han2021")
-    with pytest.raises(ValueError, match="frozen"):
+    with pytest.raises(InputError, match="must not be assigned"):
         case.title = "other"
     with pytest.raises(TypeError, match="replace"):
         case.rotors["other"] = case.rotors["ring"]

@@ -19,6 +19,7 @@ import gearplay as gp
 from building import Document, merged
 from depth import some
 from gearplay.model.bundled import bundled_text
+from gearplay.model.pack import pack
 from gearplay.pictures.gears import sides_of
 from gearplay.pictures.style import COUPLED
 from gearplay.results.figures import orbit_figure, overview_figure
@@ -143,7 +144,7 @@ def check_mechanism(result: gp.Result, window: tuple[float, float]) -> None:
 def test_the_page_has_the_same_paths(name: str) -> None:
     """The page's orbits are those of the pictures, and it marks what is on a carrier."""
     result = result_of(name)
-    for orbit in views_of(result.case, result.runs)["orbits"]:
+    for orbit in views_of(result.case, pack(result.case), result.runs)["orbits"]:
         if orbit["on"] is None:
             assert "planet" not in orbit["name"]
             continue

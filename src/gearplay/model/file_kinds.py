@@ -10,7 +10,7 @@ MARKS: Final[Mapping[str, tuple[frozenset[str], str]]] = {
     "plan of a data set": (frozenset({"classes"}), "Run it with gearplay dataset"),
     "calibration plan": (frozenset({"targets", "conditions", "sensor"}), "Run it with gearplay calibrate"),
     "sweep plan": (frozenset({"reduce", "axes", "design"}), "Run it with gearplay sweep"),
-    "rig": (frozenset({"accelerometers", "collector"}), "Give it to gearplay measure: --rig FILE"),
+    "rig": (frozenset({"accelerometers", "collector"}), "Name it as the rig of a measurement"),
     "case": (frozenset({"rotors", "planetary", FIELD}), "Name it in a {wanted}: case = FILE"),
 }
 """Tables that only files of a kind have, the most particular kind first, and what to do with such a file."""
