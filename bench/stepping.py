@@ -45,6 +45,7 @@ def compare(name, rounds):
     case = gp.load_case(name)
     last = list(case.rotors)[-1]
     stepper = gp.Stepper(case, inputs=LOOPS[name], outputs=[f"{last}.omega", f"{last}.theta"])
+    stepper.reset(seed=case.run.seed)  # a drawn start: an exactly centred shaft may stay where it is
     start, packed, times = stepper.state, pack(case), []
     values = np.array([each.start for each in stepper._inputs]) if LOOPS[name] else None
     plan = np.tile([each.start for each in stepper._inputs], (round(SPAN / DT), 1))
