@@ -138,9 +138,8 @@ def best_comb(
             total += height
             share = k if balanced == "multiples" else (k, offset)
             shares[share] = shares.get(share, 0.0) + height
-        if balanced == "multiples" or (
-            balanced == "lines" and len(shares) > 1
-        ):  # one alone may be of any comb
+        alone = balanced == "lines" and len(shares) < 2  # nothing to be balanced with
+        if balanced is not None and not alone:  # one that stands out may be of any comb
             total = np.minimum(total, 2.0 * (total - np.max([*shares.values()], axis=0)))
         at_best = _middle(total)
         chance = _chance(len(usable), count * len(bands))

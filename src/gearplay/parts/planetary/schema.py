@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -46,12 +46,9 @@ SEATS: Final = ("pin", "support", "bearing")
 """Fields of how planets sit on their pins, of which a set has one."""
 
 
-def _with_outer_ring(given: Any) -> Any:
-    return {"rotor_ring": "outer", **given} if isinstance(given, Mapping) else given
-
-
-def _with_bush(given: Any) -> Any:
-    return {"rotor_side": "bush", **given} if isinstance(given, Mapping) else given
+def _usually(**usual: str) -> BeforeValidator:
+    """Return a validator that fills in what a part of a set is where its table says nothing."""
+    return BeforeValidator(lambda given: {**usual, **given} if isinstance(given, Mapping) else given)
 
 
 class Planetary(Part):
@@ -95,13 +92,13 @@ class Planetary(Part):
     carrier: Member
     pin: Annotated[
         Sleeve | None,
-        BeforeValidator(_with_bush),
+        _usually(rotor_side="bush"),
         Field(description="sleeve of every planet on its pin; the planet is the bush if not given"),
     ] = None
     support: Annotated[Support | None, Field(description="elastic pin of every planet, instead")] = None
     bearing: Annotated[
         Bearing | None,
-        BeforeValidator(_with_outer_ring),
+        _usually(rotor_ring="outer"),
         Field(
             description="rolling bearing of every planet on its pin, instead; the planet has the outer ring if not given",
             exclude_if=is_absent,
