@@ -43,11 +43,11 @@ def beyond(state: Any, side: int) -> float:
     return float(abs(phi) - AXIS.b if side == 0 else AXIS.b - side * phi)
 
 
-def after_samples(state: Any, count: int) -> Any:
+def after_samples(state: Any, count: int, gain: float = AXIS.Kp) -> Any:
     """Return (theta_1, omega_1, theta_2, omega_2) after some samples: contacts located by Brent's method."""
     y = np.array([*state, 0.0, 1.0])
     for _ in range(count):
-        y[4] = -AXIS.Kp * y[2] - AXIS.Kd * y[1]
+        y[4] = -gain * y[2] - AXIS.Kd * y[1]
         left = SAMPLE
         while left > 0.0:
             phi = y[0] - y[2]
@@ -91,6 +91,23 @@ def test_sampled_cycle__is_that_of_exact_motion_with_its_multipliers() -> None:
     assert np.max(np.abs(orbit.multipliers[4:]), initial=0.0) < 1e-9  # the held torque is set anew
 
 
+@pytest.mark.slow
+def test_branch__of_sampled_cycles_is_that_of_exact_motion() -> None:
+    path, names = (
+        "rotors.motor.drive.proportional_gain",
+        ["motor.theta", "motor.omega", "load.theta", "load.omega"],
+    )
+    found = gp.branch(sampled(), path, 3.0, 5.0, autonomous=True, settle=100, orbits=3, upwards=False)
+    assert (found.order, len(found.orbits)) == (10, 3)
+    assert np.all(np.diff(found.parameters) < 0.0)
+    for gain, states in zip(found.parameters, found.levels(names)[0], strict=True):
+        returned = after_samples(states[0], 10, float(gain))
+        assert np.max(np.abs(returned - states[0]) / [1e-3, 1e-1, 1e-3, 1e-1]) < 1e-7
+    last = gp.replace(sampled(), {path: float(found.parameters[-1])})
+    exact = gp.periodic_orbit(last, autonomous=True, settle=100).amplitude("load.theta")
+    assert found.amplitudes("load.theta")[0][-1] == pytest.approx(exact, rel=1e-6)
+
+
 def test_sampled_cycle__not_locked_has_its_own_period() -> None:
     with pytest.raises(
         SimulationError,
@@ -117,8 +134,3 @@ def test_sampled_cycle__at_rest() -> None:
 def test_sampled_cycle__refused(drive: dict[str, Any], arguments: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         gp.periodic_orbit(sampled(**drive), autonomous=True, **arguments)
-
-
-def test_sampled_cycle__branch_over_a_gain_is_refused() -> None:
-    with pytest.raises(InputError, match=r"autonomous.*must be false for branches of a sampled control"):
-        gp.branch(sampled(), "rotors.motor.drive.proportional_gain", 3.9, 4.1, autonomous=True, settle=5)

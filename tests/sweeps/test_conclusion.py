@@ -70,7 +70,7 @@ def test_most_cases_at_one_end_are_said() -> None:
 
 
 SHARES = re.compile(
-    r"Shares of its variance, first order \(alone\) and total \(with others\): ([^<]*?\.)(?:\s|<|$)"
+    r"Shares of its variance, first order \(alone\) and total \(with others\)(?:, with 95 % intervals)?: ([^<]*?\.)(?:\s|<|$)"
 )
 
 
@@ -98,7 +98,7 @@ def test_both_pages_of_a_sweep_have_the_same_shares(tmp_path: Path) -> None:
     said = [SHARES.findall((tmp_path / name).read_text()) for name in ("report.html", "tolerance.html")]
     assert said[0]
     assert set(said[0]) == set(said[1])
-    numbers = [float(each) for each in re.findall(r"[\d.]+(?= and | %)", said[0][0])]
+    numbers = [float(each) for each in re.findall(r"[\d.]+(?= ±)", said[0][0])]
     whole = 16.0 / 3.0 + 4.0 / 3.0 + 4.0 / 9.0
     right = [
         1600.0 / 3.0 / whole,
@@ -157,7 +157,10 @@ def test_temperatures_are_degrees_celsius_in_pictures_and_pages(tmp_path: Path) 
 def test_drawn_parameters_are_counted_once() -> None:
     """A design alone has the shares of its parameters, one over axes those of the axes and of all drawn together."""
     sweep, dataset = made(plan_of(design=DESIGN, reduce=[RMS]), lambda k, v, m: v["speed"])
-    assert "first order (alone) and total (with others): speed " in conclusion_of(View(sweep, dataset))[1]
+    assert (
+        "total (with others), with 95 % intervals: speed 100 ± 0 and"
+        in conclusion_of(View(sweep, dataset))[1]
+    )
     fewer = {**DESIGN, "parameters": DESIGN["parameters"][1:]}
     sweep, dataset = made(plan_of(SPEED, design=fewer, reduce=[RMS]), lambda k, v, m: v["speed"])
     assert (

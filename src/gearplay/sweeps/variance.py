@@ -289,19 +289,30 @@ def spoken(name: str) -> str:
 def shares_words(found: Indices, names: Sequence[str] = ()) -> str:
     """Return the shares of the variance in one sentence, the same on every page: first order and total, the largest first.
 
+    Each with the half-width of its confidence interval, if it has one.
+
     >>> shares_words(Indices("grid", ("speed", "play"), 0.95, 4, 0, (0.8, 0.1), (0.0, 0.0), (0.9, 0.2), (0.0, 0.0)))
     'Shares of its variance, first order (alone) and total (with others): speed 80 and 90 %, play 10 and 20 %.'
+    >>> shares_words(Indices("sobol", ("play",), 0.95, 40, 0, (0.8,), (0.061,), (0.9,), (0.1,)))
+    'Shares of its variance, first order (alone) and total (with others), with 95 % intervals: play 80 ± 6 and 90 ± 10 %.'
     """
     if found.reason:
         return f"No Sobol indices: {found.reason}."
     shown = [spoken(name) for name in names or found.names]
+    exact = found.source == "grid"
+
+    def share(value: float, error: float) -> str:
+        return f"{100.0 * value:.3g}" if exact else f"{100.0 * value:.0f} ± {100.0 * error:.0f}"
+
     ranked = ", ".join(
-        f"{shown[at]} {100.0 * found.first[at]:.3g} and {100.0 * found.total[at]:.3g} %"
+        f"{shown[at]} {share(found.first[at], found.first_error[at])} and {share(found.total[at], found.total_error[at])} %"
         for at in found.ranking[:MOST_RANKED]
     )
     more = len(shown) - MOST_RANKED
     return (
-        f"Shares of its variance, first order (alone) and total (with others): {ranked}"
+        "Shares of its variance, first order (alone) and total (with others)"
+        + ("" if exact else f", with {100.0 * found.confidence:.3g} % intervals")
+        + f": {ranked}"
         + (f" and {more} more" if more > 0 else "")
         + "."
     )

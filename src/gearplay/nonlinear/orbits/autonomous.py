@@ -16,7 +16,6 @@ from gearplay.integrate.switches import make_branch
 from gearplay.kernels.layout import PENETRATION
 from gearplay.model.families import Family
 from gearplay.nonlinear.orbits.period_map import Image, Member, StrobeMap, excitation_rates
-from gearplay.nonlinear.orbits.sampled import sample_time
 from gearplay.parts.protocol import without_slots
 from gearplay.solver.flow import Flow
 from gearplay.vocabulary.errors import InputError, SimulationError
@@ -54,12 +53,6 @@ def section_of(flow: Flow, section: str) -> tuple[int, float]:
 def check_autonomous(flow: Flow) -> None:
     """Raise `InputError` for a case that something excites."""
     rates = [rate for rate in excitation_rates(flow.packed) if rate > 0.0]
-    if rates and sample_time(flow.packed) is not None:
-        rule = "must be false for branches of a sampled control, whose limit cycles are locked to the samples"
-        cure = (
-            "Ask gp.periodic_orbit(case, autonomous=True) for the number of samples, and follow it with order"
-        )
-        raise InputError.of("autonomous", True, rule, cure)
     if rates:
         rule = f"must be false where something excites the case, here at {max(rates) / (2.0 * np.pi):.4g} Hz"
         cure = "Leave it out, or remove terms, ripples, set-points over time and nominal speeds of meshes"

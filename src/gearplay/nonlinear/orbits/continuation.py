@@ -14,7 +14,7 @@ from gearplay.nonlinear.orbits.branch_tree import branch_tree, settled_orbits
 from gearplay.nonlinear.orbits.branches import Settings, follow_branch
 from gearplay.nonlinear.orbits.period_map import StrobeMap, sharp
 from gearplay.nonlinear.orbits.results import Branches, OneBranch, PeriodicOrbit
-from gearplay.nonlinear.orbits.sampled import sample_time, sampled_orbit
+from gearplay.nonlinear.orbits.sampled import SampledMap, sample_time, sampled_orbit
 from gearplay.nonlinear.orbits.shooting import find_orbit
 from gearplay.parts.mesh.train import rolling
 from gearplay.results.simulate import case_of
@@ -78,15 +78,12 @@ def periodic_orbit(
     base = sharp(case_of(case))
     refuse_fixed_steps(base)
     _check_limit_cycle(autonomous, section, order)
-    if autonomous and sample_time(pack(base)) is not None:
-        if section is not None:
-            rule = "must be left out for a sampled control, whose orbits are cut at its samples"
-            raise InputError.of("section", section, rule, "Remove it")
-        with limited(base.run.max_wall_time):
-            return PeriodicOrbit(**vars(sampled_orbit(lambda _: base, settle)), case=base)
     family = _map_of(lambda _: base, 0.0, autonomous, section)
     with limited(base.run.max_wall_time):
-        found = find_orbit(family, family.settle(family.start(0.0), 0.0, settle), 0.0, order=order)
+        if isinstance(family, SampledMap):
+            found = sampled_orbit(family, 0.0, settle)
+        else:
+            found = find_orbit(family, family.settle(family.start(0.0), 0.0, settle), 0.0, order=order)
     return PeriodicOrbit(**vars(found), case=base)
 
 
@@ -137,7 +134,8 @@ def branch(
     keep_load
         Whether loads stay what they are at the case's own speeds, although drag follows the speed.
     autonomous, section
-        Limit cycles of a case that nothing excites, as of `periodic_orbit`.
+        Limit cycles of a case that nothing excites, as of `periodic_orbit`; of a sampled control those of one number of samples,
+        as far as the motion is locked to it.
     progress
         Called with what is running, how much is done, and of how much.
 
@@ -173,7 +171,10 @@ def branch(
     _check_limit_cycle(autonomous, section, order)
     family = _map_of(_sharp_family(varied, base, keep_load=keep_load), first, autonomous, section)
     with limited(base.run.max_wall_time):
-        (found,), _ = settled_orbits(family, [first], order=order, settle=settle)
+        if isinstance(family, SampledMap):
+            found = sampled_orbit(family, first, settle)
+        else:
+            (found,), _ = settled_orbits(family, [first], order=order, settle=settle)
         tick = ticking(progress, "orbits")
         whole = follow_branch(family, found, settings, upwards=upwards, progress=tick)
     return OneBranch((whole,), base, path, keep_load, family=family.family)
@@ -241,8 +242,15 @@ def branches(
 
 
 def _map_of(family: Family, parameter: float, autonomous: bool, section: str | None) -> StrobeMap:
-    """Return the period map of a family, forced or autonomous."""
-    return AutonomousMap(family, parameter, section) if autonomous else StrobeMap(family, parameter)
+    """Return the period map of a family: forced, autonomous, or of a sampled control, from sample to sample."""
+    if not autonomous:
+        return StrobeMap(family, parameter)
+    if sample_time(pack(family(parameter))) is None:
+        return AutonomousMap(family, parameter, section)
+    if section is not None:
+        rule = "must be left out for a sampled control, whose orbits are cut at its samples"
+        raise InputError.of("section", section, rule, "Remove it")
+    return SampledMap(family, parameter)
 
 
 def _check_limit_cycle(autonomous: bool, section: str | None, order: int) -> None:

@@ -20,7 +20,7 @@ from gearplay.nonlinear.orbits.autonomous import AutonomousMap
 from gearplay.nonlinear.orbits.branch_tree import signals_of
 from gearplay.nonlinear.orbits.branches import CLOSED, LEFT, Branch, Special
 from gearplay.nonlinear.orbits.period_map import StrobeMap
-from gearplay.nonlinear.orbits.sampled import sample_time
+from gearplay.nonlinear.orbits.sampled import SampledMap, sample_time
 from gearplay.nonlinear.orbits.shooting import Orbit
 from gearplay.pictures.style import CLEARANCE, COUPLED, new_axes
 from gearplay.results.base import AnalysisResult, Column, Tabled, case_in, check_kind
@@ -153,11 +153,33 @@ class Branches(AnalysisResult):
 
     def levels(self, signals: Sequence[str]) -> list[Floats]:
         """Return signals at the sections of each branch's orbits, shape [orbit, order, signal] each, SI."""
-        over = self.family or along(self.case, self.path, keep_load=self.keep_load)
         first = self.branches[0].orbits[0]
-        kind = AutonomousMap if math.isfinite(first.period) else StrobeMap
-        family = kind(over, first.parameter)
+        kind = AutonomousMap if self._is_free else SampledMap if self._sampling is not None else StrobeMap
+        family = kind(self._family, first.parameter)
         return [signals_of(family, branch, list(signals)) for branch in self]
+
+    def amplitudes(self, signal: str, *, samples: int = 400) -> list[Floats]:
+        """Return half the peak-to-peak value of a signal over the orbits of each branch, shape [orbit] each, SI.
+
+        ``samples`` of each orbit, extremes by parabolas.
+        """
+        over = self._family
+        orbits = [[PeriodicOrbit(**vars(each), case=over(each.parameter)) for each in b.orbits] for b in self]
+        return [np.array([each.amplitude(signal, samples=samples) for each in own]) for own in orbits]
+
+    @property
+    def _family(self) -> Family:
+        return self.family or along(self.case, self.path, keep_load=self.keep_load)
+
+    @property
+    def _is_free(self) -> bool:
+        """Whether the orbits are limit cycles whose period is an unknown."""
+        return math.isfinite(self.branches[0].orbits[0].period)
+
+    @property
+    def _sampling(self) -> float | None:
+        """Time [s] between the samples of a control that alone excites the case, None for another case."""
+        return sample_time(pack(self.case))
 
     def table(self, signals: Sequence[str], levels: Sequence[Any] | None = None) -> xr.Dataset:
         """Return a row for each orbit, with signals at its first section, and one for each special point.
@@ -230,23 +252,34 @@ class Branches(AnalysisResult):
         missed = tuple(json.loads(dataset.attrs.get("missed", "[]")))
         return cls(tuple(found), case_in(dataset), str(dataset.attrs["path"]), kept, missed)
 
-    def plot(self, signal: str | None = None, *, ax: Axes | None = None) -> Axes:
-        """Draw a signal at the sections of all orbits over the field, stable parts solid; the first that is free if not named."""
-        from gearplay.nonlinear.orbits.figures import draw_branch
+    def plot(
+        self, signal: str | None = None, *, amplitude: bool | None = None, ax: Axes | None = None
+    ) -> Axes:
+        """Draw a signal of all orbits over the field, stable parts solid; the first that is free if not named.
+
+        With ``amplitude`` half its peak-to-peak value, else its values at the sections: those of forced orbits, once per period,
+        if not said; of limit cycles, whose sections are contact changes or samples, the amplitude.
+        """
+        from gearplay.nonlinear.orbits.figures import branch_marks, draw_branch
         from gearplay.pictures.words import offset_in, plain, shown_in
         from gearplay.solver.flow import Flow
 
         name = signal or Flow(self.case).free_names[0]
-        levels = self.levels([name])
+        half = (self._is_free or self._sampling is not None) if amplitude is None else amplitude
+        levels = self.amplitudes(name) if half else [each[:, :, 0] for each in self.levels([name])]
         words, drawn = signal_words(name), ax if ax is not None else new_axes()
         unit_y, up = shown_in(words["units"], max(float(np.abs(each).max()) for each in levels))
         unit_x, across = shown_in(
             unit_at(self.case, self.path), max(float(np.abs(b.parameters).max()) for b in self)
         )
         for branch, each in zip(self, levels, strict=True):
-            draw_branch(drawn, branch, up * each[:, :, 0], factor=across, offset=offset_in(unit_x))
+            draw_branch(drawn, branch, up * each, factor=across, offset=offset_in(unit_x))
         drawn.set_xlabel(plain(f"{self.path} [{unit_x}]"), fontsize=8)
-        drawn.set_ylabel(plain(f"{name} [{unit_y}]"), fontsize=8)
+        drawn.set_ylabel(plain(f"{'amplitude of ' if half else ''}{name} [{unit_y}]"), fontsize=8)
+        what = "half the peak-to-peak value over the orbit" if half else "once per period of the excitation"
+        drawn.set_title(plain(f"Periodic orbits: {name}, {what}"), fontsize=9)
+        marks = branch_marks(self.branches)
+        drawn.legend(marks.values(), marks.keys(), fontsize=7)
         return drawn
 
 

@@ -11,7 +11,6 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.model.families import Family
 from gearplay.model.pack import Packed
 from gearplay.nonlinear.orbits.period_map import Member, StrobeMap, excitation_rates
 from gearplay.nonlinear.orbits.shooting import Orbit, find_orbit
@@ -114,13 +113,12 @@ class SampledMap(StrobeMap):
         return float(np.max(np.abs(one - other) / self.scale))
 
 
-def sampled_orbit(family: Family, settle: int) -> Orbit:
-    """Return the locked limit cycle that the motion of a case at parameter 0 settles to; its order is that in samples.
+def sampled_orbit(found: SampledMap, parameter: float, settle: int) -> Orbit:
+    """Return the locked limit cycle that the motion of a case at a parameter settles to; its order is that in samples.
 
     Raises `SimulationError` where the motion does not repeat itself with the samples.
     """
-    found = SampledMap(family, 0.0)
-    states, onsets = found.settled(0.0, settle)
+    states, onsets = found.settled(parameter, settle)
     distances = np.array([found.distance(states[n], states[0]) for n in range(1, MOST_SAMPLES + 1)])
     nearest = np.minimum.accumulate(distances)
     nearer = np.flatnonzero(
@@ -128,7 +126,7 @@ def sampled_orbit(family: Family, settle: int) -> Orbit:
     )
     for n in nearer[:TRIED].tolist():
         try:
-            orbit = find_orbit(found, states[0], 0.0, order=n + 1)
+            orbit = find_orbit(found, states[0], parameter, order=n + 1)
         except SimulationError:
             continue
         # The rest e of a decaying motion changes by (M - 1) e over the orbit.
@@ -137,7 +135,7 @@ def sampled_orbit(family: Family, settle: int) -> Orbit:
         if found.distance(orbit.states[0], states[0]) < max(reach, REPEATED):
             return orbit
     own = float(np.mean(np.diff(onsets[-20:]))) if len(onsets) > 2 else np.nan
-    period, near = found.member(0.0).period, int(np.argmin(distances))
+    period, near = found.member(parameter).period, int(np.argmin(distances))
     raise SimulationError(
         f"orbit: the motion is not locked to the samples: its own period is {own:.6g} s, {own / period:.6g} samples, and of the "
         f"first {MOST_SAMPLES} states none repeats one; the nearest, after {near + 1} samples, is {distances[near]:.2g} natural "
