@@ -68,7 +68,30 @@ def test_along_a_motion(tmp_path: Path) -> None:
         assert all(ax.get_xlabel() and ax.get_ylabel() for ax in figure.axes)
 
 
+@pytest.mark.slow
+def test_reduction_of_a_sweep__is_the_load_sharing_of_its_motion() -> None:
+    """Over the error of a pin; at rest under the load the most loaded planet has the same factor."""
+    run = {"run.duration": 0.02, "run.transient": 0.02, "run.sampling": 20_000.0}
+    path, base = "planetary.stage.pin_errors.0.tangential", gp.replace(case(pin_errors=ERROR), run)
+    kept = [{"kind": "load_sharing", "name": name, "statistic": name} for name in ("factor", "peak")]
+    axis = {"name": "error", "path": path, "values": [0.0, 5e-5]}
+    found = gp.sweep(base, axes=[axis], reduce=kept).ds
+    moving = gp.load_sharing(gp.simulate(base)).ds
+    assert float(found["factor"][1]) == float(moving["load_sharing_factor"].max())
+    assert float(found["peak"][1]) == float(moving["factor_peak"].max())
+    still = float(gp.load_sharing(base).ds["load_sharing_factor"].max())
+    assert float(found["factor"][0]) == pytest.approx(1.0, abs=0.02)
+    assert float(found["factor"][1]) == pytest.approx(still, rel=0.02)
+    assert still > 1.1
+
+
 def test_what_cannot_be_is_refused() -> None:
+    with pytest.raises(gp.InputError, match='reduce.share.planetary = "other": must be a planetary set'):
+        gp.sweep(
+            "planetary-reducer",
+            axes=[{"name": "load", "path": "planetary.stage.carrier.load.torque", "values": [50.0, 100.0]}],
+            reduce=[{"kind": "load_sharing", "name": "share", "planetary": "other"}],
+        )
     with pytest.raises(gp.InputError, match="must have a set"):
         gp.load_sharing("han2021")
     with pytest.raises(gp.InputError, match="must be a planetary set of the case"):

@@ -17,9 +17,10 @@ from gearplay.parts.planetary.members import PinError
 from gearplay.parts.planetary.names import MEMBERS
 from gearplay.parts.registry import MESH
 from gearplay.results.base import Column, OfDataset
+from gearplay.results.planet_loads import load_factors, mesh_of, planets_of, set_of
 from gearplay.results.provenance import provenance
 from gearplay.results.result import Result
-from gearplay.vocabulary.errors import NO_VALUE, InputError
+from gearplay.vocabulary.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -112,7 +113,7 @@ class Members:
     @property
     def planets(self) -> list[str]:
         """Rotors of the planets."""
-        return [f"{self.name}.planet{k}" for k in range(1, self.case.planetary[self.name].planets.count + 1)]
+        return planets_of(self.case, self.name)
 
     @property
     def directions(self) -> Floats:
@@ -121,8 +122,7 @@ class Members:
 
     def mesh(self, planet: str, other: str) -> int:
         """Return the place of the mesh of a planet with ``sun`` or ``ring``."""
-        both = {planet, f"{self.name}.{other}"}
-        return next(j for j, mesh in enumerate(self.case.meshes) if set(mesh.rotors) == both)
+        return mesh_of(self.case, self.name, planet, other)
 
     def beside(self, planet: Floats, carrier: Floats, turn: Floats, k: int) -> Floats:
         """Return the displacement of planet k from its moving pin, radial and tangential [m], shape [2, time].
@@ -146,16 +146,7 @@ class Members:
 
 def members_of(case: Case, name: str | None) -> Members:
     """Return the set of a case; `InputError` where there is none, or several and no ``name``."""
-    names = list(case.planetary)
-    if not names:
-        raise InputError.of("planetary", NO_VALUE, "must have a set", "Add a table [planetary.NAME]")
-    if name is None and len(names) > 1:
-        raise InputError.of(
-            "name", NO_VALUE, "is required, since there are several sets", f"Sets: {', '.join(names)}"
-        )
-    if name is not None and name not in names:
-        raise InputError.of("name", name, "must be a planetary set of the case", f"Sets: {', '.join(names)}")
-    return Members(case, name or names[0])
+    return Members(case, set_of(case, name))
 
 
 def static_sharing(case: Case, name: str | None) -> LoadSharing:
@@ -215,20 +206,13 @@ def moving_sharing(result: Result, name: str | None, member: int) -> LoadSharing
     place = at(carrier)
     beside = np.array([members.beside(at(p), place, turn, k) for k, p in enumerate(members.planets)])
     floats = np.array([at(f"{members.name}.{m}") for m in members.floating()]).reshape(
-        len(members.floating()), 2, -1
+        len(members.floating()), 2, len(turn)
     )
-    total = sun.sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        factor = len(sun) * sun / np.where(total == 0.0, np.nan, total)
-    # Weighted by the load: the share of a zero load is meaningless.
-    weight = np.abs(total) / max(float(np.sum(np.abs(total))), 1e-300)
-    mean = np.nansum(factor * weight, axis=1)
-    spread = np.sqrt(np.nansum(weight * (factor - mean[:, None]) ** 2, axis=1))
-    peak = len(sun) * np.max(np.abs(sun), axis=1) / max(float(np.mean(np.abs(total))), 1e-300)
+    found = load_factors(sun)
     more: dict[str, Any] = {
-        "factor_spread": spread,
-        "factor_peak": peak,
-        "factor_history": factor,
+        "factor_spread": found.spread,
+        "factor_peak": found.peak,
+        "factor_history": found.history,
         "beside_pin_history": beside,
         "floating_history": floats,
         "force_over_turn": _over_turn(sun, turn),

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, Tag, model_validator
 
+from gearplay.results.planet_loads import FACTORS
 from gearplay.schema.fields import ByKind, Listed, Measure, Name, Part, Problem, refuse
 from gearplay.sweeps.plans.design import Text
 from gearplay.vocabulary import quantities as q
@@ -105,6 +106,16 @@ class JamReduction(_Reduction):
     mesh: Text
 
 
+class LoadSharingReduction(_Reduction):
+    """A load-sharing factor of the planets of a set, of their forces on the sun: ``factor``, the mean of the most loaded planet,
+    or ``peak``, the largest force over the mean share. ``planetary`` names the set where there are several.
+    """
+
+    kind: Literal["load_sharing"] = "load_sharing"
+    planetary: Text | None = None
+    statistic: Literal[tuple(FACTORS)] = "factor"  # type: ignore[valid-type]
+
+
 class HistoryReduction(_OfSignal):
     """The raw samples of one signal: only for few cases."""
 
@@ -120,8 +131,20 @@ Reduction = Annotated[
     | Annotated[ContactReduction, Tag("kind:contact")]
     | Annotated[OutputReduction, Tag("kind:output")]
     | Annotated[JamReduction, Tag("kind:jam")]
+    | Annotated[LoadSharingReduction, Tag("kind:load_sharing")]
     | Annotated[HistoryReduction, Tag("kind:history")],
-    ByKind("statistic", "line", "hump", "level", "spectrum", "contact", "output", "jam", "history"),
+    ByKind(
+        "statistic",
+        "line",
+        "hump",
+        "level",
+        "spectrum",
+        "contact",
+        "output",
+        "jam",
+        "load_sharing",
+        "history",
+    ),
 ]
 
 

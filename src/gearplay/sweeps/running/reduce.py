@@ -15,6 +15,7 @@ from gearplay.model.variables import RESULT_VARIABLES
 from gearplay.parts.mesh.train import rolling
 from gearplay.parts.protocol import without_slots
 from gearplay.results.output_shaft import OutputShaft, input_of, output_of, shaft_of_runs, wanted_of
+from gearplay.results.planet_loads import FACTORS, load_factors, mesh_of, planets_of, set_of
 from gearplay.results.spectra import Spectrum, amplitude_spectrum
 from gearplay.signals.checks import check_channel
 from gearplay.signals.lines import band_level, band_levels, find_hump, find_line
@@ -27,6 +28,7 @@ from gearplay.sweeps.plans.kept import (
     JamReduction,
     LevelReduction,
     LineReduction,
+    LoadSharingReduction,
     OutputReduction,
     SpectrumReduction,
     StatisticReduction,
@@ -156,6 +158,8 @@ def _needed(reduction: Any, case: Case, packed: Packed) -> list[str]:
         if names[0] not in packed.contact_labels:
             raise _unknown(reduction, "mesh", reduction.mesh, packed.labels.get("mesh", ()))
         return [f"{reduction.mesh}.contact_state"]
+    if isinstance(reduction, LoadSharingReduction):
+        return [f"{label}.{signal}" for label in _sun_meshes(reduction, case) for signal in FLANKS]
     wanted = f"{reduction.at}.{ACCELERATIONS.get(reduction.signal, reduction.signal)}"
     try:
         choose_columns(packed, [wanted])
@@ -189,6 +193,9 @@ def _kept(reduction: Any, samples: int, sampling: float, packed: Packed) -> list
         return [Kept(name, quantity.unit, f"{quantity.long_name}, {at}")]
     if isinstance(reduction, JamReduction):
         return [Kept(name, "1", f"share of time with both flanks of {reduction.mesh} pressed")]
+    if isinstance(reduction, LoadSharingReduction):
+        at = f"of {reduction.planetary}" if reduction.planetary else "of the planets"
+        return [Kept(name, "1", f"{FACTORS[reduction.statistic]}, {at}")]
     quantity = RESULT_VARIABLES[reduction.signal]
     of = f"{quantity.long_name}, {reduction.at}"
     if isinstance(reduction, StatisticReduction):
@@ -214,6 +221,12 @@ def _kept(reduction: Any, samples: int, sampling: float, packed: Packed) -> list
     return [Kept(name, quantity.unit, words, f"{name}_frequency", "Hz", centres)]
 
 
+def _sun_meshes(reduction: LoadSharingReduction, case: Case) -> list[str]:
+    """Return the labels of the meshes of a set's planets with its sun."""
+    name = set_of(case, reduction.planetary, field=f"reduce.{reduction.name}.planetary")
+    return [case.meshes[mesh_of(case, name, planet, "sun")].label for planet in planets_of(case, name)]
+
+
 def _pair(name: str, unit: str, words: str) -> list[Kept]:
     return [
         Kept(f"{name}_amplitude", unit, f"amplitude: {words}"),
@@ -228,6 +241,8 @@ def _length(reduction: HistoryReduction, samples: int) -> int:
 def _edges(reduction: SpectrumReduction) -> Floats:
     return np.linspace(*reduction.band, reduction.count + 1)
 
+
+FLANKS = ("drive_force", "back_force")
 
 _LEVELS: dict[str, Callable[[Floats], float]] = {
     "rms": lambda values: rms_of(values, float(np.max(np.abs(values)))),
@@ -290,6 +305,11 @@ def _values(reduction: Any, fundamental: float, record: _Record) -> list[Any]:
         return [record.shaft(reduction.at).values[reduction.statistic]]
     if isinstance(reduction, JamReduction):
         return [float(np.mean(run.signal("contact_state", reduction.mesh) == 3.0))]
+    if isinstance(reduction, LoadSharingReduction):
+        labels = _sun_meshes(reduction, record.case)
+        sides = [np.array([run.signal(flank, label) for label in labels]) for flank in FLANKS]
+        found = load_factors(sides[0] - sides[1])
+        return [float(np.max(found.mean if reduction.statistic == "factor" else found.peak))]
     if isinstance(reduction, StatisticReduction):
         return [record.statistic(reduction)]
     samples = record.signal(reduction)
