@@ -3,6 +3,7 @@
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 
 import gearplay as gp
@@ -63,6 +64,23 @@ def test_verdict_is_of_the_case_s_temperature_too() -> None:
     assert verdict(cold_pair(temperature="-200 degC")).message.startswith("jams at -200 degC: ")
     at_reference = cold_pair(temperature="20 degC")
     assert not [each for each in gp.check_case(at_reference) if each.path == "environment"]
+
+
+def test_runouts_count_in_the_verdict_as_in_the_motion() -> None:
+    """Both gears have 40 teeth and point at each other once a turn: the least backlash of the motion is that of the verdict."""
+    runouts = {
+        f"rotors.{name}.runout": {"amplitude": 20e-6, "phase": phase}
+        for name, phase in (("one", 0.0), ("two", np.pi))
+    }
+    turn = 2.0 * np.pi / 20.0
+    case = gp.replace(cold_pair(), runouts | {"run.duration": 1.05 * turn, "run.transient": 0.0})
+    least = float(gp.simulate(case).ds["backlash"].min())
+    assert least < 90e-6 - 2.0 * 20e-6  # the cold takes more
+    assert f"the least normal backlash is {1e6 * least:.3g}" in verdict(case).message
+    assert "by its runouts" in verdict(case).message
+    deep = gp.replace(case, {"meshes.0.backlash": "60 um"})
+    assert verdict(deep).message.startswith("jams at -60 degC")
+    assert any("the runouts of its gears take up to" in each.message for each in gp.check_case(deep))
 
 
 def test_a_clearance_that_closes_the_backlash_is_said() -> None:

@@ -103,7 +103,7 @@ def test_rounded_shifts_that_jam_are_found() -> None:
     """The wind gearbox's second stage without allowances: -1.88 um at its printed distance."""
     case = pair(*WIND, module="21 mm", center_distance="584 mm")
     assert 1e6 * row(case)["backlash"] == pytest.approx(-1.876, abs=1e-3)
-    assert "the backlash is -1.876 um at the distance of the centres" in said(case)
+    assert "the normal backlash is -1.876 um at the distance of the centres" in said(case)
 
 
 def test_backlash_from_allowances_of_a_planetary_set() -> None:

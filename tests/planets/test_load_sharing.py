@@ -86,7 +86,7 @@ def test_reduction_of_a_sweep__is_the_load_sharing_of_its_motion() -> None:
 
 
 def test_what_cannot_be_is_refused() -> None:
-    with pytest.raises(gp.InputError, match='reduce.share.planetary = "other": must be a planetary set'):
+    with pytest.raises(gp.InputError, match=r'reduce.share.planetary = "other": must be a planetary set'):
         gp.sweep(
             "planetary-reducer",
             axes=[{"name": "load", "path": "planetary.stage.carrier.load.torque", "values": [50.0, 100.0]}],

@@ -298,7 +298,7 @@ def overview_figure(result: "Result", window: Window) -> Any:
         for signal, color in (("drive_force", COUPLED), ("back_force", UNCOUPLED)):
             t, v = cut(result, signal, mesh.label, span)
             name = signal.replace("_", " ")
-            plot_curve(forces, t, v, "normal force of the flanks [N]", color=color, label=name)
+            plot_curve(forces, t, v, "force along the line of action [N]", color=color, label=name)
         forces.set_xlim(*span)
         forces.legend(fontsize=6.5, loc="best", framealpha=0.9)
         forces.locator_params(axis="x", nbins=5)

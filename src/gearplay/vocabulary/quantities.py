@@ -149,7 +149,7 @@ CONTACT_STATISTICS: Final = _table(
     Quantity("mean_impact_speed", "v_mean", "m/s", "mm/s", 1e3, "mean impact speed"),
     Quantity("rms_impact_speed", "v_rms", "m/s", "mm/s", 1e3, "rms impact speed"),
     Quantity("max_impact_speed", "v_max", "m/s", "mm/s", 1e3, "largest impact speed"),
-    Quantity("peak_force", "F_max", "N", "N", 1.0, "largest normal force"),
+    Quantity("peak_force", "F_max", "N", "N", 1.0, "largest force"),
     Quantity("max_penetration", "delta_max", "m", "um", 1e6, "largest penetration"),
 )
 """Statistics of every contact of a run; those of couplings are in rad/s, N m and rad."""

@@ -95,7 +95,7 @@ def measures(case: Case) -> list[dict[str, str]]:
     >>> from gearplay.model.reading import load_case
     >>> found = measures(load_case("han2021"))
     >>> found[3]["measure"], found[3]["of"], len(found), found[-1]["words"], found[-1]["of"]
-    ('rms', 'ring', 18, 'largest normal force', 'pinion-ring:back')
+    ('rms', 'ring', 18, 'largest force', 'pinion-ring:back')
     """
     rotors = {name: words for name, words in OF_ROTOR.items() if name != "line" or case.meshes}
     of = [(rotors, rotor) for rotor in case.rotors]

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from gearplay.parts.mesh.runout import runout_loss
 from gearplay.parts.mesh.train import geometry
 from gearplay.schema.finding import Finding
 from gearplay.toothing.gear import inv
@@ -73,14 +74,18 @@ def _center_distance(case: Train, index: int) -> Iterator[Finding]:
 
 
 def _wedging(case: Train, index: int) -> Iterator[Finding]:
-    ratio = geometry.jam_ratio(case.operating, index)
-    if ratio <= 1.0:
+    hot = case.operating
+    ratio = geometry.jam_ratio(hot, index)
+    left = geometry.installed_backlash(hot, index) * math.cos(geometry.pair_of(hot, index).first.base_helix)
+    lost = runout_loss(hot, index) * math.cos(geometry.pair_of(hot, index).first.base_helix)
+    if ratio <= 1.0 and not left < lost:
         return
-    left = geometry.installed_backlash(case.operating, index)
     if left < 0.0:
-        text = f"the backlash is {1e6 * left:.4g} um at the distance of the centres, so both flanks are pressed at once"
+        text = f"the normal backlash is {1e6 * left:.4g} um at the distance of the centres, so both flanks are pressed at once"
     elif math.isinf(ratio):
         text = "there is clearance in the sleeves but no backlash"
+    elif left < lost:
+        text = f"the runouts of its gears take up to {1e6 * lost:.4g} um of its normal backlash of {1e6 * left:.4g} um"
     else:
         text = f"the jam ratio, 2 sin(alpha) x (sum of radial clearances) / backlash, is {ratio:.2f}"
     yield Finding(
@@ -94,7 +99,7 @@ def _wedging(case: Train, index: int) -> Iterator[Finding]:
 def _errors(case: Train, index: int) -> Iterator[Finding]:
     total = sum(abs(term.amplitude) for term in case.meshes[index].transmission_error)
     backlash = geometry.working_backlash(case, index)
-    if total > backlash:
+    if total > max(backlash, 0.0):
         yield Finding(
             "warning",
             f"meshes.{index}.transmission_error",

@@ -1,6 +1,5 @@
 """Packing of meshes: geometry, stiffness, errors and flanks."""
 
-import cmath
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -8,12 +7,11 @@ from gearplay.parts.assembly import Contact, blank
 from gearplay.parts.mesh import flank, tooth_stiffness
 from gearplay.parts.mesh import geometry as mesh_geometry
 from gearplay.parts.mesh import law as mesh_element
-from gearplay.parts.mesh.drawn_gears import gear_faults
-from gearplay.parts.mesh.faults import EccentricityFault
 from gearplay.parts.mesh.involute import involute, involute_from_distance, involute_series
 from gearplay.parts.mesh.mesh_stiffness import PackedStiffness, pack_stiffness
 from gearplay.parts.mesh.pairs import observed
 from gearplay.parts.mesh.pairs.packing import more_columns, pack_pairs
+from gearplay.parts.mesh.runout import toothing_runout
 from gearplay.parts.mesh.tooth_deflections import damping_depths
 from gearplay.parts.mesh.tooth_places import tooth_places
 from gearplay.parts.mesh.train import geometry
@@ -62,16 +60,6 @@ def _mesh_kind(case: "Train") -> int:
     return mesh_geometry.MESH_PRINTED_COUPLED if coupled else mesh_geometry.MESH_PRINTED_UNCOUPLED
 
 
-def _runout(case: "Train", name: str) -> tuple[float, float]:
-    """Return eccentricity [m] and direction [rad] of a gear's toothing, faults included."""
-    given = geometry.gear_of(case, name).runout
-    faults = [fault for _, fault in gear_faults(case, name) if isinstance(fault, EccentricityFault)]
-    if not faults:
-        return given.amplitude, given.phase
-    each = [(given.amplitude, given.phase), *((fault.amount, fault.phase) for fault in faults)]
-    return cmath.polar(sum(cmath.rect(amount, phase) for amount, phase in each))
-
-
 def _pack_mesh(packing: Packing, j: int, m: Any) -> None:
     case: Train = packing.train
     mesh, centres, moving = case.meshes[j], packing.centres, packing.moving
@@ -114,7 +102,7 @@ def _pack_mesh(packing: Packing, j: int, m: Any) -> None:
     m.rho_a, m.rho_b = r_a * radius, r_b * radius
     m.a, m.b, m.driver = packing.place(foot), packing.place(tip), packing.place(mesh.rotors[0])
     for side, name in (("a", a), ("b", b)):
-        amplitude, phase = _runout(case, name)
+        amplitude, phase = toothing_runout(case, name)
         setattr(m, f"runout_{side}", amplitude)
         setattr(m, f"runout_phase_{side}", phase)
     m.frame = packing.place(frame)

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from gearplay.parts.mesh.allowance_range import backlash_range
+from gearplay.parts.mesh.runout import runout_loss
 from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.mesh.train import geometry
 from gearplay.schema.finding import Finding, micrometres
@@ -52,15 +53,18 @@ def thermal_texts(case: "Train", hot: "Train") -> dict[str, str]:
         first = pair.second.sign * 2.0 * math.sin(pair.working_angle)
         text = (
             f"at temperature the centre distance is {1e3 * warm:.6g} mm, {micrometres(warm - cold)}, which is "
-            f"{micrometres(beyond)} beyond its gears; the backlash is {1e6 * left:.1f} um, {micrometres(left - play)} "
-            f"(2 sin alpha x centre distance: {micrometres(first * beyond)})"
+            f"{micrometres(beyond)} beyond its gears; the backlash along the line of action is {1e6 * left:.1f} um, "
+            f"{micrometres(left - play)} (2 sin alpha x centre distance: {micrometres(first * beyond)})"
         )
         texts.setdefault(text, []).append(j)
     return {f"meshes.{alike[0]}": _labels(case, alike) + text for text, alike in texts.items()}
 
 
 class Left(NamedTuple):
-    """Normal backlash [m] of mesh j that is left at a temperature [K]: in the middle, by allowances, and less the clearances."""
+    """Normal backlash [m] of mesh j that is left at a temperature [K].
+
+    In the middle, the least by allowances and runouts, and that less the clearances.
+    """
 
     temperature: float
     j: int
@@ -76,6 +80,7 @@ def _left(case: "Train", temperature: float, j: int, hot: "Train") -> Left:
     lowest = left
     if limits is not None:
         lowest -= geometry.installed_backlash(case, j) * normal - limits[0]
+    lowest -= runout_loss(hot, j) * normal
     closed = lowest - left * geometry.jam_ratio(hot, j) if left > 0.0 else left
     return Left(temperature, j, left, lowest, closed)
 
@@ -98,15 +103,21 @@ def temperature_findings(case: "Train") -> Iterator[Finding]:
     yield _verdict(case, [each for at in found for each in at])
 
 
+def _takers(case: "Train", j: int) -> str:
+    """Return what takes backlash of a mesh beside the temperature as text; empty for nothing."""
+    allowed = ["allowances"] if backlash_range(case, j) is not None else []
+    return " and ".join(allowed + (["runouts"] if runout_loss(case, j) != 0.0 else []))
+
+
 def _of_meshes(case: "Train", found: list[list[Left]]) -> Iterator[Finding]:
     """Yield the backlash of every mesh at both ends of a range."""
     texts: dict[tuple[bool, str, str], list[int]] = {}
     for j, ends in enumerate(found):
         middle = geometry.installed_backlash(case, j) * math.cos(geometry.pair_of(case, j).first.base_helix)
-        allowed = backlash_range(case, j) is not None
+        by = _takers(case, j)
         words = [
             f"{1e6 * end.middle:.4g} um at {_degrees(end.temperature)}"
-            + (f", {1e6 * end.lowest:.4g} um by its allowances" if allowed else "")
+            + (f", {1e6 * end.lowest:.4g} um by its {by}" if by else "")
             for end in ends
         ]
         jams = any(not end.lowest >= 0.0 for end in ends)
@@ -138,7 +149,8 @@ def _verdict(case: "Train", found: list[Left]) -> Finding:
     over = " to ".join(dict.fromkeys((_degrees(span[0]), _degrees(span[-1]))))
     at = f"over {over}" if len(span) > 1 else f"at {over}"
     amount = "the flanks cannot mesh" if math.isnan(least.lowest) else f"{1e6 * least.lowest + 0.0:.4g} um"
-    by = ", by its allowances" if backlash_range(case, least.j) is not None else ""
+    takers = _takers(case, least.j)
+    by = f", by its {takers}" if takers else ""
     hit = " and ".join(dict.fromkeys(_degrees(each.temperature) for each in jams))
     text = f"{f'jams at {hit}' if jams else f'does not jam {at}'}: the least normal backlash is {amount}, of {where}{by}."
     if not jams and closest.closed < 0.0:

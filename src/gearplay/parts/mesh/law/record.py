@@ -74,9 +74,9 @@ _DEGREES = 180.0 / math.pi
 SIGNALS = (
     Signal("drive_penetration", "p_d", "m", "um", 1e6, "penetration of the drive flanks", True),
     Signal("back_penetration", "p_b", "m", "um", 1e6, "penetration of the back flanks", True),
-    Signal("drive_force", "F_d", "N", "N", 1.0, "normal force of the drive flanks"),
-    Signal("back_force", "F_b", "N", "N", 1.0, "normal force of the back flanks"),
-    Signal("backlash", "b_t", "m", "um", 1e6, "total normal backlash", True),
+    Signal("drive_force", "F_d", "N", "N", 1.0, "force of the drive flanks along the line of action"),
+    Signal("back_force", "F_b", "N", "N", 1.0, "force of the back flanks along the line of action"),
+    Signal("backlash", "b_t", "m", "um", 1e6, "total backlash along the line of action", True),
     Signal("working_pressure_angle", "alpha_w", "rad", "deg", _DEGREES, "working pressure angle"),
     Signal("center_distance", "A", "m", "mm", 1e3, "centre distance", True),
     Signal(

@@ -19,7 +19,7 @@ from gearplay.parts.mesh.pairs.overlap import AWAY, overlap_rate, pair_overlap
 KIND = 9
 RECORD = np.dtype([*PLACES, ("mesh", "i8"), ("flank", "i8"), ("slot", "i8")], align=True)
 SIGNALS = (
-    Signal("pair_force", "F_j", "N", "N", 1.0, "normal force of a pair of teeth"),
+    Signal("pair_force", "F_j", "N", "N", 1.0, "force of a pair of teeth along the line of action"),
     Signal("pair_share", "F_j/F", "1", "1", 1.0, "share of a pair of teeth in the force of its flank"),
     Signal("pair_overlap", "p_j", "m", "um", 1e6, "overlap of a pair of teeth, negative for a gap", True),
     Signal("pair_place", "rho_j", "m", "mm", 1e3, "place of a pair of teeth on its path of contact", True),

@@ -168,12 +168,14 @@ def jam_ratio(case: "Train", j: int) -> float:
     return math.inf if play > 0.0 or backlash < 0.0 else 0.0
 
 
-def installed_backlash(case: "Train", j: int) -> float:
+def installed_backlash(case: "Train", j: int, *, closer: float = 0.0) -> float:
     """Return the transverse backlash b_t [m] of mesh j at the distance of its nominal centres; NaN where it cannot mesh.
 
-    b_t = b_w -+ 2 c0 (inv alpha_w - inv alpha), (4), b_w that at the working distance.
+    b_t = b_w -+ 2 c0 (inv alpha_w - inv alpha), (4), b_w that at the working distance. With ``closer`` [m] teeth are deeper in
+    mesh: external gears that much nearer, internal ones farther apart.
     """
-    pair, distance = pair_of(case, j), installed_distance(case, j)
+    pair = pair_of(case, j)
+    distance = installed_distance(case, j) - pair.second.sign * closer
     given = working_backlash(case, j)
     if abs(distance - pair.distance) < 1e-12 * pair.distance:
         return given
