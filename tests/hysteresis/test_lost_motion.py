@@ -108,6 +108,15 @@ def test_parts_of_clearances_in_parallel__overlap_and_their_sum_is_said() -> Non
     )
 
 
+def test_part_of_a_bearing__is_its_clearance_along_the_line_of_action() -> None:
+    """2 c / r_b, c half the internal clearance, between an element under the force and one either side: 1 / cos(pi / Z)."""
+    bearing = {"rolling_elements": 24, "element_diameter": 8e-3, "pitch_diameter": 90e-3, "stiffness": 1e12}
+    case = gp.replace(article(0.0, 1e-4), {"bearings.ring": bearing | {"internal_clearance": 60e-6}})
+    part = float(of_article(case, 1.0)["lost_motion_part"].sel(clearance="bearing ring"))
+    least = 60e-6 / (60 * 4e-3 * COS / 2)
+    assert least * (1.0 - 1e-3) < part < least / np.cos(np.pi / 24) * (1.0 + 1e-3)
+
+
 @pytest.mark.parametrize(
     ("c", "b", "arcmin"),
     [

@@ -14,8 +14,8 @@ from gearplay.model.case import Case
 from gearplay.model.plan_values import value_at
 from gearplay.model.reading import replace
 from gearplay.model.wording import validated
-from gearplay.parts.mesh.schema import PlanetMesh
-from gearplay.parts.registry import COUPLING, MESH, SLEEVE
+from gearplay.parts.planetary.paths import settable_path
+from gearplay.parts.registry import BEARING, COUPLING, MESH, SLEEVE
 from gearplay.sweeps.cases.draws import check_draws, draw, sample_size
 from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.reading import load_sweep
@@ -39,11 +39,12 @@ class Clearance(NamedTuple):
 
 
 def clearances_of(train: Train) -> list[Clearance]:
-    """Return the clearances of a train that are not 0: backlash of meshes, radial clearance of sleeves, play of couplings."""
+    """Return the clearances of a train above 0: backlash of meshes, clearance of sleeves and bearings, play of couplings."""
     found, labels = [], train.linear.smooth.packed.labels
     for kind, table, field in (
         (MESH, "mesh", "backlash"),
         (SLEEVE, "sleeve", "clearance"),
+        (BEARING, "bearing", "half_clearance"),
         (COUPLING, "coupling", "half_play"),
     ):
         for index, value in enumerate(train.linear.system.records[kind][field].tolist()):
@@ -100,18 +101,20 @@ def design_of(tolerances: Any, case: Case, members: int | None) -> Design | None
 
 
 def _clearance_draws(case: Case) -> tuple[Random, ...]:
-    sets = tuple(f"{name}." for name in case.planetary)
-    paths = [f"meshes.{j}.backlash" for j, mesh in enumerate(case.meshes) if not isinstance(mesh, PlanetMesh)]
-    paths += [f"sleeves.{name}.radial_clearance" for name in case.sleeves if not name.startswith(sets)]
+    paths = [f"meshes.{j}.backlash" for j in range(len(case.meshes))]
+    paths += [f"sleeves.{name}.radial_clearance" for name in case.sleeves]
+    paths += [f"bearings.{name}.internal_clearance" for name in case.bearings]
     paths += [f"couplings.{j}.play" for j in range(len(case.couplings))]
-    for name, table in case.planetary.items():
-        paths.append(f"planetary.{name}.backlash")
-        if table.pin is not None:
-            paths.append(f"planetary.{name}.pin.radial_clearance")
+    once = dict.fromkeys(settable_path(case, path) for path in paths)
     return tuple(
         Random(name=f"clearance_{k}", path=path, mode="scale", low=1.0 - SPREAD, high=1.0 + SPREAD)
-        for k, path in enumerate(path for path in paths if value_at(case, path))
+        for k, path in enumerate(path for path in once if _is_open(value_at(case, path)))
     )
+
+
+def _is_open(value: Any) -> bool:
+    """Return whether a value of a case is a clearance: a bearing with preload has none."""
+    return value is not None and value > 0.0
 
 
 def drawn_cases(design: Design, base: Case) -> list[Case]:
