@@ -69,6 +69,21 @@ def test_most_cases_at_one_end_are_said() -> None:
     assert words.endswith(f"the median of the 5 cases is {np.median(values):.3g} m/s².")
 
 
+def test_range_and_median__of_a_saltelli_design_are_of_its_independent_points() -> None:
+    """As on the page of tolerances: the points between repeat values of those."""
+    design = {"kind": "saltelli", "count": 8, "parameters": DESIGN["parameters"]}
+    sweep, dataset = made(plan_of(design=design, reduce=[RMS]), lambda k, v, m: sum(v.values()))
+    (words, *_) = conclusion_of(View(sweep, dataset))
+    block = len(DESIGN["parameters"]) + 2
+    values = dataset["rms"].values.reshape(-1, block)
+    own = np.sort(values[:, [0, -1]].ravel())
+    assert own[-1] < values.max()  # the points between reach farther
+    assert (
+        f"lies between {own[0]:.3g} and {own[-1]:.3g} m/s²; the median of the 16 cases is {own[7]:.3g} m/s²."
+        in words
+    )
+
+
 SHARES = re.compile(
     r"Shares of its variance, first order \(alone\) and total \(with others\)(?:, with 95 % intervals)?: ([^<]*?\.)(?:\s|<|$)"
 )

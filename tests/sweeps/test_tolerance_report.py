@@ -15,6 +15,7 @@ from gearplay.sweeps.cases.draws import draw
 from gearplay.sweeps.plans.plan import SweepPlan
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.sweeps.plans.tolerance import Tolerance
+from gearplay.sweeps.tolerances import figures as figures_of
 from gearplay.sweeps.tolerances.allowable import largest_scale
 from gearplay.sweeps.tolerances.figures import Scale, distribution_figure, search_figure
 from gearplay.sweeps.tolerances.page import values_of, write_tolerance
@@ -84,6 +85,21 @@ def drawn_from() -> Any:
     design = plan_of("monte-carlo", 30).design
     assert design is not None
     return design.parameters
+
+
+def test_distribution__of_a_saltelli_design_is_drawn_of_its_independent_points(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The curve ends at the largest of the values that the numbers are made of, not of all points of the blocks."""
+    plan, seen = plan_of("saltelli", 16), []
+    monkeypatch.setattr(
+        figures_of, "distribution_figure", lambda values, *_, **__: seen.append(values) or b""
+    )
+    tolerance = Tolerance(measure="mesh_amplitude", limit="13 um", probability=0.6)
+    document = write_tolerance(plan, tolerance, product_of(plan), tmp_path)
+    (drawn,), found = seen, document["conditions"][0]["distribution"]
+    assert drawn.size == found["cases"] == 32
+    assert (drawn.min(), drawn.max()) == (found["least"], found["most"])
 
 
 @pytest.mark.slow

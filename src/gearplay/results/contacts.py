@@ -1,6 +1,5 @@
 """Table of the contacts of a run or an ensemble."""
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -90,9 +89,11 @@ def contact_table(
         **{name: each[name].max(axis=0) for name in LARGEST},
     }
     lasting = time[:, 0] > 0.0
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # of fewer than two members there is no spread
-        spread = {name: np.std(table[lasting], axis=0, ddof=1) for name, table in each.items()}
+    none = np.full(len(labels), np.nan)  # of fewer than two members
+    spread = {
+        name: np.std(table[lasting], axis=0, ddof=1) if lasting.sum() > 1 else none
+        for name, table in each.items()
+    }
     turns = np.zeros(len(labels), dtype=bool) if angular is None else angular
     ordered = {name: values[name] for name in CONTACT_STATISTICS}
     return ContactTable(tuple(labels), len(spans), ordered, spread, total, turns)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.sweeps.report.drawable import MEMBER, SAMPLE, Along, View
-from gearplay.sweeps.variance import Indices, grid_indices, indices_of, shares_words
+from gearplay.sweeps.variance import Indices, grid_indices, independent_rows, indices_of, shares_words
 from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
@@ -27,7 +27,10 @@ def conclusion_of(view: View) -> list[str]:
     elif (name := next((each for each in view.scalars if each not in jams), "")) == "":
         return lines
     table, names, words = table_of(view, name)
-    lines.append(range_words(view, name, table[np.isfinite(table)]))
+    alone = table
+    if plan.design is not None and SAMPLE in names:
+        alone = table.take(independent_rows(plan.design), axis=names.index(SAMPLE))
+    lines.append(range_words(view, name, alone[np.isfinite(alone)]))
     try:
         found = shares_of(view, name, table, names)
     except InputError as error:  # a package is not installed
@@ -49,7 +52,8 @@ def range_words(view: View, name: str, values: Floats) -> str:
         at = int(np.count_nonzero(values == end))
         if 2 * at >= count and count > 2:
             return f"{said}; it is {end:.3g}{unit} in {at} of the {count} cases."
-    return f"{said}; the median of the {count} cases is {np.median(values):.3g}{unit}."
+    median = np.quantile(values, 0.5, method="inverted_cdf")  # as the quantiles of a tolerance
+    return f"{said}; the median of the {count} cases is {median:.3g}{unit}."
 
 
 def table_of(view: View, name: str) -> tuple[Floats, tuple[str, ...], tuple[str, ...]]:

@@ -26,7 +26,7 @@ from gearplay.sweeps.tolerances import words as words_of
 from gearplay.sweeps.tolerances.allowable import Allowable, largest_scale, search_plan, size_words
 from gearplay.sweeps.tolerances.figures import Scale, percent
 from gearplay.sweeps.tolerances.statistics import Statistics, statistics_of
-from gearplay.sweeps.variance import spoken
+from gearplay.sweeps.variance import independent_rows, spoken
 from gearplay.vocabulary.progress import Progress
 from gearplay.vocabulary.version import VERSION
 from gearplay.work.engine import Engine
@@ -239,7 +239,7 @@ def _condition_document(found: Condition, tolerance: Tolerance, scales: dict[str
     own, measure, wanted = found.statistics, tolerance.measure, tolerance.probability
     words = words_of.exceedance_words(own.exceedance, measure, found.scale, wanted)
     words += words_of.indices_words(own.indices)
-    if own.cuts:
+    if own.cuts and own.cuts[0].probability < own.exceedance.probability:
         words.append(words_of.cut_words(own.cuts[0], scales[own.cuts[0].name]))
     verdict = words_of.verdict_of(own.exceedance, wanted)
     return {"at": found.at, "label": found.label, "verdict": verdict, "words": words, **asdict(own)}
@@ -253,8 +253,9 @@ def draw_figures(
     for at, each in enumerate(found[:MOST_DRAWN]):
         tail = f"-{at + 1}" if len(found) > 1 else ""
         where = f", {each.label}" if each.label else ""
+        values = each.values if design is None else each.values[independent_rows(design)]
         figures[f"distribution{tail}"] = figures_of.distribution_figure(
-            each.values, each.statistics.distribution, each.statistics.exceedance, each.scale,
+            values, each.statistics.distribution, each.statistics.exceedance, each.scale,
             f"Distribution of {tolerance.measure}{where}", wanted=tolerance.probability,
         )  # fmt: skip
         indices = each.statistics.indices
