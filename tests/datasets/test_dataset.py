@@ -89,7 +89,7 @@ def test_three_lines_read_it(whole: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert names["x"].shape == (RECORDS, 400)
     assert set(names["table"]["label"]) == {"normal", "worn"}
     assert set(names["table"]["split"]) == {"train", "validation", "test"}
-    assert "| `worn` | sleeves.ring.radial_clearance = 150 um | 12 | 4 | 4 |" in text
+    assert "| `worn` | sleeves.ring.radial_clearance drawn | 12 | 4 | 4 |" in text
     assert "per record of worn, log-uniform: `sleeves.ring.radial_clearance`" in text
 
 
@@ -100,9 +100,24 @@ def test_other_formats(kind: str, ending: str, whole: Path, tmp_path: Path) -> N
     rows, plain = table(tmp_path / "d"), table(whole)
     assert rows[0]["path"].endswith(ending)
     record = gp.read_measurement(tmp_path / "d" / rows[0]["path"])
-    assert sorted(record.names) == ["sensor.acceleration", "sensor.recorded"]
+    assert list(record.names) == ["sensor.recorded", "sensor.acceleration"]  # as the plan lists them
     same = np.load(whole / plain[0]["path"])[0]
     assert np.array_equal(record.channel("sensor.recorded").values.astype(np.float32), same)
+
+
+def test_channels_and_attributes_are_those_of_the_plan_and_its_table(tmp_path: Path) -> None:
+    """In a file without names, too: the first is the first stage of the plan."""
+    coarse = FEW["rig"] | {"collector": FEW["rig"]["collector"] | {"bits": 8}}
+    few = FEW | {"stages": ["recorded", "acceleration"], "rig": coarse, "members": 1, "format": "npy"}
+    gp.make_dataset(few, tmp_path / "npy")
+    row = max(table(tmp_path / "npy"), key=lambda each: float(each["rms"]))
+    found = np.load(tmp_path / "npy" / row["path"])
+    assert np.sqrt(np.mean(found[0].astype(float) ** 2)) == pytest.approx(float(row["rms"]), rel=1e-6)
+    assert not np.array_equal(found[0], found[1])
+    gp.make_dataset(few | {"format": "hdf5"}, tmp_path / "hdf5")
+    (last,) = table(tmp_path / "hdf5")[-1:]
+    kept = gp.read_measurement(tmp_path / "hdf5" / last["path"]).attributes
+    assert (kept["member"], kept["record"]) == (last["member"], last["record"])
 
 
 def test_processes_and_shards_give_the_same_bytes(whole: Path, plan: Path, tmp_path: Path) -> None:

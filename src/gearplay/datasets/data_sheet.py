@@ -47,7 +47,7 @@ def _lines(made: Dataset, table: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     yield ""
     yield "## Records"
     yield ""
-    channels = [f"`{name}.{stage}`" for name in made.sensors for stage in plan.stages]
+    channels = [f"`{name}`" for name in made.channels]
     yield (
         f"Each is {duration:g} s at {collector.sampling:g} Hz of {', '.join(channels)}, through the sensors, the filter "
         f"and the {collector.bits}-bit converter of the rig. "
@@ -81,7 +81,9 @@ def _lines(made: Dataset, table: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     yield f"|---|---|{'---|' * len(parts)}"
     for each in plan.classes:
         sizes = " | ".join(str(counts[each.label, part]) for part in parts)
-        changes = ", ".join(f"{path} = {value}" for path, value in each.set.items()) or "none"
+        drawn_here = [parameter.path for parameter in each.draws]
+        said = [f"{path} = {value}" for path, value in _fields(each.set) if path not in drawn_here]
+        changes = ", ".join(said + [f"{path} drawn" for path in drawn_here]) or "none"
         yield f"| `{each.label}` | {_cell(changes)} | {sizes} |"
     yield ""
     yield "## Columns of `labels.csv`"
@@ -98,6 +100,15 @@ def _lines(made: Dataset, table: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     yield f"| `rms`, `peak` | m/s^2 | rms and largest magnitude of what is recorded{of} | | |"
     yield f"| `saturated`, `clipped` | 1 | share of samples beyond the range of sensor, of converter{of} | | |"
     yield "| `status`, `reason` | | 0, or 1 with the reason where it failed | | |"
+
+
+def _fields(changes: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the path and value of every field of some changes, those of tables too."""
+    for path, value in changes.items():
+        if isinstance(value, Mapping):
+            yield from ((f"{path}.{name}", each) for name, each in _fields(value))
+        else:
+            yield path, value
 
 
 def _how(made: Dataset) -> Iterator[tuple[str, str]]:

@@ -49,6 +49,11 @@ class Dataset:
         return dataset_of, self.plan.model_dump_json()
 
     @property
+    def channels(self) -> list[str]:
+        """Names of a record's channels in their order: the stages of each accelerometer, as the plan lists them."""
+        return [f"{name}.{stage}" for name in self.sensors for stage in self.plan.stages]
+
+    @property
     def size(self) -> int:
         """Numbers of a row."""
         return len(self.sensors) * len(PER_SENSOR)
@@ -70,9 +75,12 @@ class Dataset:
             reason = " ".join(str(error).split())
             nothing = np.full(self.size, np.nan)
             return [Recorded(self._outcome(job, FAILED, reason, nothing, started), None)]
-        kept = [channel for channel in taken.channels if channel.name.rpartition(".")[2] in self.plan.stages]
-        about = {**taken.attributes, "label": recipe.labels(job)["label"], "record": str(job)}
-        record = Record(tuple(kept), taken.source, attributes=about)
+        kept = tuple(taken.channel(name) for name in self.channels)
+        labels = recipe.labels(job)
+        about = {**taken.attributes, "record": str(job)} | {
+            name: str(labels[name]) for name in ("label", "member")
+        }
+        record = Record(kept, taken.source, attributes=about)
         return [Recorded(self._outcome(job, 0, "", self._numbers(taken), started), record)]
 
     def _outcome(self, job: int, status: int, reason: str, row: "np.ndarray", started: float) -> Outcome:
