@@ -296,7 +296,8 @@ def _words(document: dict[str, Any]) -> str:
         )
         if s[key] is not None
     )
-    rows.append(f"{document['channel']}: rms {s['rms']:.4g} {unit}, peak {s['peak']:.4g} {unit}{shape}")
+    level = f"mean {s['mean']:.4g} {unit}; about it rms {s['rms']:.4g} {unit}, peak {s['peak']:.4g} {unit}"
+    rows.append(f"{document['channel']}: {level}{shape}")
     for line in document["lines"]:
         if not line["found"]:
             rows.append(f"  {line['expected']:.6g} Hz: {line['remark']}")

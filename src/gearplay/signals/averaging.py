@@ -109,7 +109,7 @@ def _averaged(
     bias = _median_bias(averages) if averaging == "median" and correction == "energy" else 1.0
     if kind == "density":
         found = 2.0 * power / (channel.sampling * energy) / bias
-        unit = f"({channel.unit or '1'})^2/Hz"
+        unit = f"({channel.unit})^2/Hz" if channel.unit else ""
     else:
         found = 2.0 * np.sqrt(power / bias / (gain if correction == "amplitude" else length * energy))
     found[0] *= 0.5  # zero and, of an even number of samples, half the sampling rate have no mirror image

@@ -69,18 +69,24 @@ def _decades(ax: "Axes", x: Floats, y: Floats) -> None:
     ax.set_xlim(0.0, float(x[-1]))
 
 
+def _unit(unit: str) -> str:
+    """Return the unit of an axis, also of a channel whose unit nobody gave."""
+    return shown_unit(unit) if unit else "unit not given"
+
+
 def plot_channel(ax: "Axes", channel: Channel) -> "Axes":
     """Draw a channel over time [s], with its statistics in the caption."""
     values = check_channel(channel)
     ax.plot(*extremes(channel.time, values, MOST_POINTS // 2), color=COUPLED, linewidth=0.5)
-    s = signal_statistics(channel)
-    unit = channel.unit or "1"
+    s = signal_statistics(channel, remove_mean=True)
+    unit = f" {channel.unit}" if channel.unit else ""
     caption = (
-        f"{s.samples} samples at {channel.sampling:g} Hz; rms {s.rms:.4g} {unit}, peak {s.peak:.4g} {unit}, "
-        f"crest factor {s.crest_factor:.3g}, kurtosis {s.kurtosis:.3g} (normal 3), skewness {s.skewness:.2g}"
+        f"{s.samples} samples at {channel.sampling:g} Hz; mean {s.mean:.4g}{unit}; about it rms {s.rms:.4g}{unit}, "
+        f"peak {s.peak:.4g}{unit}, crest factor {s.crest_factor:.3g}, kurtosis {s.kurtosis:.3g} (normal 3), "
+        f"skewness {s.skewness:.2g}"
     )
     ax.set_xlim(float(channel.time[0]), float(channel.time[-1]))
-    return _finish(ax, "time [s]", f"signal [{shown_unit(channel.unit)}]", caption, channel.name)
+    return _finish(ax, "time [s]", f"signal [{_unit(channel.unit)}]", caption, channel.name)
 
 
 def plot_averaged_spectrum(
@@ -92,7 +98,7 @@ def plot_averaged_spectrum(
     if lines is not None:
         _mark(ax, lines)
     word = "amplitude" if spectrum.kind == "amplitude" else "power spectral density"
-    vertical = f"{word} [{shown_unit(spectrum.unit)}]"
+    vertical = f"{word} [{_unit(spectrum.unit)}]"
     return _finish(ax, "frequency [Hz]", vertical, spectrum.caption, spectrum.name)
 
 
@@ -121,7 +127,7 @@ def plot_envelope_spectrum(ax: "Axes", result: EnvelopeSpectrum, *, highest: flo
     if not np.any(a[1:] > 0.0):
         ax.text(0.5, 0.5, "0 throughout", transform=ax.transAxes, ha="center", va="center", fontsize=9)
     ax.set_xlim(0.0, float(f[-1]))
-    return _finish(ax, "frequency [Hz]", f"envelope amplitude [{shown_unit(s.unit)}]", result.caption, s.name)
+    return _finish(ax, "frequency [Hz]", f"envelope amplitude [{_unit(s.unit)}]", result.caption, s.name)
 
 
 def _mesh(ax: "Axes", x: Floats, y: Floats, values: Floats, label: str) -> None:
@@ -149,13 +155,13 @@ def _mesh(ax: "Axes", x: Floats, y: Floats, values: Floats, label: str) -> None:
 def plot_spectrogram(ax: "Axes", result: Spectrogram) -> "Axes":
     """Draw a spectrogram over time and frequency, four decades of colour."""
     word = "amplitude" if result.kind == "amplitude" else "density"
-    _mesh(ax, result.time, result.frequency, result.values, f"{word} [{shown_unit(result.unit)}]")
+    _mesh(ax, result.time, result.frequency, result.values, f"{word} [{_unit(result.unit)}]")
     return _finish(ax, "time [s]", "frequency [Hz]", result.caption, result.name)
 
 
 def plot_order_map(ax: "Axes", result: OrderMap) -> "Axes":
     """Draw an order map over order and revolution, four decades of colour."""
-    _mesh(ax, result.revolution, result.order, result.amplitude, f"amplitude [{shown_unit(result.unit)}]")
+    _mesh(ax, result.revolution, result.order, result.amplitude, f"amplitude [{_unit(result.unit)}]")
     speeds = 60.0 / TWO_PI * result.speed
     caption = f"{speeds.min():.4g} to {speeds.max():.4g} rpm; {result.caption}"
     return _finish(ax, "revolution of the shaft [1]", "order [1]", caption, result.name)
@@ -164,7 +170,7 @@ def plot_order_map(ax: "Axes", result: OrderMap) -> "Axes":
 def plot_order_spectrum(ax: "Axes", result: OrderSpectrum) -> "Axes":
     """Draw an order spectrum on a logarithmic ordinate."""
     _decades(ax, result.order[1:], result.amplitude[1:])
-    return _finish(ax, "order [1]", f"amplitude [{shown_unit(result.unit)}]", result.caption, result.name)
+    return _finish(ax, "order [1]", f"amplitude [{_unit(result.unit)}]", result.caption, result.name)
 
 
 def plot_synchronous_average(ax: "Axes", result: SynchronousAverage) -> "Axes":
@@ -176,7 +182,7 @@ def plot_synchronous_average(ax: "Axes", result: SynchronousAverage) -> "Axes":
     ax.set_xlim(0.0, 360.0 * result.period)
     ax.set_xticks(np.linspace(0.0, 360.0 * result.period, 9))
     ax.legend(fontsize=7, loc="upper right", framealpha=0.9)
-    vertical = f"synchronous average [{shown_unit(result.unit)}]"
+    vertical = f"synchronous average [{_unit(result.unit)}]"
     return _finish(ax, "angle of the shaft [deg]", vertical, result.caption, result.name)
 
 

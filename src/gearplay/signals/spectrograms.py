@@ -125,6 +125,6 @@ def spectrogram(
     modulus = np.abs(transform.stft(values - np.mean(values), first, last))
     time = channel.start + transform.delta_t * np.arange(first, last)
     shown = modulus if kind == "amplitude" else modulus**2
-    unit = channel.unit if kind == "amplitude" else f"({channel.unit or '1'})^2/Hz"
+    unit = channel.unit if kind == "amplitude" or not channel.unit else f"({channel.unit})^2/Hz"
     return Spectrogram(time, np.asarray(transform.f), shown, kind, unit, window, length, hop, channel.sampling,
                        channel.name)  # fmt: skip
