@@ -54,6 +54,23 @@ def test_first_frequency_of_the_joint_is_that_of_the_train() -> None:
     assert first <= own <= 1.001 * first
 
 
+@pytest.mark.parametrize(
+    ("name", "at", "hold", "total"),
+    [
+        ("two-stage-reducer", "output", "input", 0.0127 + 0.0279 * (80 / 48) ** 2 + 4e-4 * 25),
+        (  # sun 1 + z_r / z_s times as fast, planets z_r / z_p against the carrier, on pins that go round with it
+            "planetary-reducer", "stage.carrier", "stage.sun",
+            0.25 + 0.002 * (1 + 91 / 17) ** 2 + 3 * (0.045 * (91 / 37 - 1) ** 2 + 10.5 * 0.135**2),
+        ),
+    ],
+)  # fmt: skip
+def test_both_inertias_are_that_of_the_rolling_train(name: str, at: str, hold: str, total: float) -> None:
+    """A torque turns the joint as fast as the train: its kinetic energy at rolling speeds, shafts between included."""
+    joint = gp.reduce(name, at=at, hold=hold)
+    assert joint.value("inertia") + joint.value("input_inertia") == pytest.approx(total, rel=1e-9)
+    assert 0.0 < joint.value("inertia") < total
+
+
 def test_spread_over_tolerances() -> None:
     drawn = {"name": "b", "path": "meshes.0.backlash", "low": "80 um", "high": "120 um"}
     joint = gp.reduce(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from gearplay.hysteresis.held import Held, held
 from gearplay.hysteresis.snippets import modelica_text, mujoco_text, urdf_text
 from gearplay.hysteresis.torques import positive_of
 from gearplay.model.reading import Source
+from gearplay.parts.mesh.train import geometry
 from gearplay.results.base import OfDataset
 from gearplay.results.provenance import provenance
 from gearplay.results.simulate import case_of
@@ -29,7 +31,10 @@ Floats = NDArray[np.float64]
 
 QUANTITIES = {
     "inertia": ("kg m^2", "inertia behind the spring, seen at the output"),
-    "input_inertia": ("kg m^2", "inertia of the held rotors, seen at the output"),
+    "input_inertia": (
+        "kg m^2",
+        "inertia ahead of the spring, seen at the output: of the rolling train less that behind the spring",
+    ),
     "half_width": ("rad", "half of the backlash"),
     "stiffness": ("N m/rad", "torsional stiffness"),
     "damping": ("N m s/rad", "torsional damping in contact"),
@@ -106,7 +111,8 @@ def reduce(
     """Return a train as one joint: inertias, half width of its play, stiffness, damping and friction, at the output.
 
     Stiffness is the secant from 15 % to 100 % of the torque, both signs; the inertia behind the spring that of the static
-    deflection (Rayleigh), the damping that of the same deflection at the full torque; friction that of all rotors as the train
+    deflection (Rayleigh), that ahead of it what the rolling train has besides, so that both together are the train's; the
+    damping that of the same deflection at the full torque; friction that of all rotors as the train
     rolls, without the held ones.
 
     Parameters
@@ -178,15 +184,30 @@ def _joint(whole: Held, rated: float) -> dict[str, float]:
     ratios = np.abs(whole.ratios)
     inputs = [names.index(name) for name in whole.hold]
     others = [i for i in range(len(names)) if i not in inputs]
-    weights = np.array([rotor.inertia for rotor in whole.source.operating.rotors.values()])
     return {
         "inertia": float(np.mean(inertia)),
-        "input_inertia": float(np.sum(weights[inputs] * ratios[inputs] ** 2)),
+        "input_inertia": max(0.0, _rolling_inertia(whole) - float(np.mean(inertia))),
         "half_width": half,
         "stiffness": 2.0 * (1.0 - LINEAR) * rated / twist,
         "damping": float(np.mean(damping)),
         "friction": float(np.sum(whole.friction[others] * ratios[others])),
     }
+
+
+def _rolling_inertia(whole: Held) -> float:
+    """Return the inertia of the train as it rolls, input and output included, seen at the output [kg m^2].
+
+    Rotors that a carrier holds move with it, too.
+    """
+    hot, ratios = whole.source.operating, whole.ratios
+    names, centres, total = list(hot.rotors), geometry.centres(hot), 0.0
+    for i, (name, rotor) in enumerate(hot.rotors.items()):
+        total += rotor.inertia * float(ratios[i]) ** 2
+        carrier = geometry.carrier_of(hot, name)
+        if carrier is not None:
+            arm = math.dist(centres[name], centres[carrier])
+            total += rotor.mass * (arm * float(ratios[names.index(carrier)])) ** 2
+    return total
 
 
 def _dataset(found: dict[str, float], rows: list[dict[str, float]], attributes: dict[str, Any]) -> Any:

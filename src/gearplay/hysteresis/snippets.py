@@ -59,7 +59,7 @@ def urdf_text(joint: Mapping[str, float], name: str) -> str:
     return f"""\
 <!-- {name}: URDF has no play and no stiffness of joints; those of the train at the output are
      backlash {2.0 * joint["half_width"]:.9g} rad, stiffness {joint["stiffness"]:.9g} N m/rad,
-     damping {joint["damping"]:.9g} N m s/rad, inertia of the input {joint["input_inertia"]:.9g} kg m^2 -->
+     damping {joint["damping"]:.9g} N m s/rad, inertia ahead of them {joint["input_inertia"]:.9g} kg m^2 -->
 <joint name="{name}" type="continuous">
   <parent link="{name}_base"/>
   <child link="{name}_output"/>
