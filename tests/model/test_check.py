@@ -3,6 +3,7 @@ from typing import Any
 
 import pytest
 
+import gearplay as gp
 from gearplay.model.check import check_case
 from gearplay.model.reading import bundled_names, load_case, replace
 from gearplay.parts.mesh.train.rolling import mesh_frequency
@@ -199,3 +200,38 @@ def test_check__a_drive_without_a_load() -> None:
     """Driven, with errors of the teeth but nothing that resists: the teeth float."""
     words = found("two-stage-reducer", {"rotors.output.load": {}, "sleeves.output.radial_clearance": 1e-5})
     assert "no rotor has a load that resists the drive" in words["rotors"]
+
+
+@pytest.mark.parametrize(
+    ("part", "rotor", "warned"),
+    [
+        ({"stiffness": ["1e8 N/m", "1e8 N/m"]}, {}, True),
+        ({"stiffness": ["1e8 N/m", "1e8 N/m"], "damping": ["1e3 N s/m", "1e3 N s/m"]}, {}, False),
+        ({"stiffness": ["1e8 N/m", "1e8 N/m"]}, {"rotors.ring.radial_damping": "1e3 N s/m"}, False),
+    ],
+)
+def test_check__centre_that_nothing_but_a_mesh_damps(
+    part: dict[str, Any], rotor: dict[str, Any], warned: bool
+) -> None:
+    case = gp.replace("han2021-geometric-inertia", {"sleeves": {}, "supports": {"ring": part}, **rotor})
+    said = [
+        each
+        for each in gp.check_case(case)
+        if "only meshes damp the motion of the centre of ring" in each.message
+    ]
+    assert bool(said) == warned
+    assert [each.path for each in said] == ["rotors.ring.radial_damping"] * warned
+
+
+def test_check__bearing_without_damping() -> None:
+    bearing = {
+        "rolling_elements": 9,
+        "element_diameter": "8 mm",
+        "pitch_diameter": "40 mm",
+        "stiffness": 1e10,
+    }
+    for damping in ({}, {"damping": {"kind": "hunt-crossley", "value": "100 s/m"}}):
+        case = gp.replace(
+            "han2021-geometric-inertia", {"sleeves": {}, "bearings": {"ring": bearing | damping}}
+        )
+        assert any("only meshes damp" in each.message for each in gp.check_case(case)) == (not damping)

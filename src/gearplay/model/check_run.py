@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearplay.parts.mesh.train import rolling
+from gearplay.parts.mesh.train import geometry, rolling
 from gearplay.parts.rotor.schema import Initial
 from gearplay.schema.finding import Finding
 
@@ -27,6 +27,7 @@ def run_findings(case: Case) -> Iterator[Finding]:
     ):  # else there is nothing to settle to
         yield from _transient(case)
         yield from _undamped(case)
+        yield from _undamped_centres(case)
         yield from _start_shock(case)
 
 
@@ -94,6 +95,29 @@ def _undamped(case: Case) -> Iterator[Finding]:
         f"meshes.{bare[0]}.damping",
         f"the damping is 0 N s/m in {len(bare)} of {len(case.meshes)} meshes ({labels}): their teeth rebound "
         "without loss, and a resonance grows without a bound. Give damping = { ratio = 0.07 }, for example.",
+    )
+
+
+def _undamped_centres(case: Case) -> Iterator[Finding]:
+    """Name rotors whose centres lose energy in meshes only: those damp motion along their lines of action."""
+    bare = [
+        name
+        for name, rotor in case.rotors.items()
+        if (parts := list(case.holders(name)))
+        and rotor.mass > 0.0
+        and rotor.radial_damping == 0.0
+        and not geometry.is_held(case, name)
+        and not any(part.dissipates() for part in parts)
+    ]
+    if not bare:
+        return
+    shown = ", ".join(bare[:3]) + (", ..." if len(bare) > 3 else "")
+    nouns = dict.fromkeys(part.noun for name in bare for part in case.holders(name))
+    yield Finding(
+        "warning",
+        case.field_path(bare[0], "radial_damping"),
+        f"only meshes damp the motion of the centre of {shown}, along their lines of action: vibration across them, of the start "
+        f"for example, does not decay. Give radial_damping, or a damping of its {' and its '.join(nouns)}.",
     )
 
 

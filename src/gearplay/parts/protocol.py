@@ -205,6 +205,10 @@ class Holder(Part):
         """Return whether a spring holds the rotation."""
         return False
 
+    def dissipates(self) -> bool:
+        """Return whether motion of the centre loses energy in the part."""
+        return True
+
     @abstractmethod
     def pack(self, packing: Packing, name: str, damping: float) -> None:
         """Add its element to a mechanism, with further ``damping`` [N s/m] of the centre's motion relative to its carrier."""

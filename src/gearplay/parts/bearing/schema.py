@@ -209,6 +209,10 @@ class Bearing(Holder):
             0.0 if self.restitution is None else solved_dissipation(self.restitution) / self.reference_speed
         )
 
+    def dissipates(self) -> bool:
+        """Return whether its contacts have damping."""
+        return self.dissipation() > 0.0
+
     def pack(self, packing: Packing, name: str, damping: float) -> None:
         """Add its element: a contact for each ball or roller."""
         record, rotors, contacts = self._element(packing, name, damping)

@@ -141,6 +141,10 @@ class Support(Holder):
         """Return whether the support has a torsional stiffness."""
         return self.torsional_stiffness > 0.0
 
+    def dissipates(self) -> bool:
+        """Return whether it has damping along any axis."""
+        return any(each for row in self.damping_matrix for each in row)
+
     def pack(self, packing: Packing, name: str, damping: float) -> None:
         """Add its element; on the ground it is a spring of closed-form motion too where it is linear."""
         record, body = blank(law.RECORD), packing.bodies[name]
