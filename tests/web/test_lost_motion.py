@@ -81,9 +81,10 @@ def test_task__stops() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [(1400, 1000), (390, 844)])
 def test_panel(visit: Open, size: tuple[int, int]) -> None:
-    made = visit("/", viewport={"width": size[0], "height": size[1]}).ready()
+    made = visit("/", plots=False, viewport={"width": size[0], "height": size[1]}).ready()
     made.after(lambda: made.page.select_option("#case", "two-stage-reducer"))
     made.page.click("#tab-lost_motion")
+    made.release()
     form = "#lost_motion-form"
     assert made.page.input_value(f"{form} [name=at]") == "output"
     assert made.page.input_value(f"{form} [name=hold]") == "input"
