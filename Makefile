@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SPREAD := -n logical --dist load --maxschedchunk 4
+SPREAD := -n logical --dist loadfile --no-loadscope-reorder # tests of a file share what its fixtures make
 PLAIN := -m "not compiled" tests/elements/test_support.py $(addprefix tests/laws/,test_involute_backlash.py test_event_order.py)
 
 .PHONY: help study extras test test-all platforms test-full torture mutation verification lint format bench docs clean

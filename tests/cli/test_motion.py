@@ -45,7 +45,7 @@ def test_kinds_of_the_torsional_pair(case: gp.Case, kind: str, order: int | None
 def test_the_article_s_pair_is_chaotic_and_no_artefact() -> None:
     """Most paths are: one in ten records of 400 periods is not long enough to tell; no exponent is below 0."""
     kinds = []
-    for tolerance in np.linspace(1e-9, 0.8e-9, sized(5, 3)):
+    for tolerance in np.linspace(1e-9, 0.8e-9, sized(5, 2)):
         changes = {
             "run.sampling": 2e3,
             "run.duration": 1.0,

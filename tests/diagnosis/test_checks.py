@@ -123,6 +123,7 @@ def test_a_line_that_a_sound_bearing_has__is_not_told() -> None:
 
 @pytest.mark.slow
 @pytest.mark.compiled
+@pytest.mark.many
 @pytest.mark.parametrize("part", ["inner", "outer"])
 def test_a_ring_of_a_bearing_of_the_case(part: str) -> None:
     plan = load_dataset_plan("bearing-dents")
