@@ -43,7 +43,7 @@ KIND_FILES = {kind.name: kind.file for kind in registry.KINDS}
 every_kind = pytest.mark.parametrize("kind", KINDS)
 WITHOUT_CONTACTS = ("servo", "support", "excitation", "base", "positioner")
 LOOKS = np.linspace(0.0, 1.0, 42)[1:-1]  # shares of a step
-MECHANISMS = {"sleeve": 500}
+MECHANISMS = {"sleeve": 1000, "bearing": 40, "pairs": 40, "envelope": 40}
 """How many a test of steps draws of a kind below the full depth; of others 100."""
 
 

@@ -232,7 +232,7 @@ def test_tip_relief__in_the_transmission_error_at_rest(
     ):
         document = document_of(4e-3, (20, 60), (0, 0), False, 1e-4, 0.01, **more)
         packed, pair = pack(case_of(document)), pair_of(case_of(document), 0)
-        places = pair.path.start + pair.first.base_pitch * np.linspace(0.0, 1.0, 101)[:-1]
+        places = pair.path.start + pair.first.base_pitch * np.linspace(0.0, 1.0, 201)[:-1]
         found = [shares(packed, force, float(place))[0] for place in places]
         assert 1e6 * float(np.ptp(found)) == pytest.approx(expected, abs=0.01 * expected)
 
