@@ -183,7 +183,9 @@ def test_measurements_keep_their_units(visit: Open, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", ["planetary-reducer", "two-stage-reducer"])
+@pytest.mark.parametrize(
+    "case", ["planetary-reducer", pytest.param("two-stage-reducer", marks=pytest.mark.deep)]
+)
 def test_names_of_orders_do_not_lie_over_each_other(visit: Open, case: str) -> None:
     made = visit(plots=False).ready()
     made.after(lambda: made.page.select_option("#case", case))
