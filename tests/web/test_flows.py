@@ -118,7 +118,7 @@ def test_axe_finds_nothing_serious(visit: Open, scheme: str) -> None:
     made = visit("/", color_scheme=scheme).ready()
     for tab in ("run", "bifurcation", "map", "lost_motion"):
         made.page.click(f"#tab-{tab}")
-        found = Axe().run(made.page)
+        found = Axe().run(made.page, None if tab == "run" else f"#panel-{tab}")  # what is beside them stays
         serious = [
             (each["id"], [node["html"][:120] for node in each["nodes"][:3]])
             for each in found.response["violations"]
