@@ -79,8 +79,8 @@ def along(case: Case, path: str, *, keep_load: bool = False) -> Family:
     def family(value: float) -> Case:
         nonlocal case, pair
         changed = replace(case, {path: value})
-        if pair is not None and changed.torsional_pair is None:  # written out in parts once, not for every value
-            case, pair = changed, None
+        if pair is not None and changed.torsional_pair is None:
+            case, pair = changed, None  # written out in parts once, not for every value
         if not keep_load:
             return changed
         changes = {}
