@@ -2,7 +2,9 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SPREAD := -n logical --dist load --maxschedchunk 4
+# A worker runs whole files, whose tests share what their fixtures make; without the compiler few tests take all the time.
+SPREAD := -n logical --dist loadfile --no-loadscope-reorder
+SINGLY := -n logical --dist load --maxschedchunk 1
 PLAIN := -m "not compiled" tests/elements/test_support.py $(addprefix tests/laws/,test_involute_backlash.py test_event_order.py)
 
 .PHONY: help study extras test test-all platforms test-full torture mutation verification lint format bench docs clean
@@ -47,14 +49,14 @@ test: $(VENV)/dev.stamp ## set up, then run the tests in some minutes
 
 test-all: $(VENV)/dev.stamp ## all tests, the slow ones too, and some physics without the compiler; what CI runs
 	GEARPLAY_TESTS=all $(BIN)/python -m pytest $(SPREAD)
-	GEARPLAY_INTERPRETED=1 $(BIN)/python -m pytest $(SPREAD) $(PLAIN)
+	GEARPLAY_INTERPRETED=1 $(BIN)/python -m pytest $(SINGLY) $(PLAIN)
 
 platforms: $(VENV)/dev.stamp ## build the kernel library for Windows and ARM, follow motions with it under wine64 and qemu-aarch64
 	GEARPLAY_TESTS=full $(BIN)/python -m pytest -s -rs tests/build/test_platforms.py
 
 test-full: $(VENV)/dev.stamp ## all tests with every repetition, some hours
 	GEARPLAY_TESTS=full $(BIN)/python -m pytest $(SPREAD)
-	GEARPLAY_INTERPRETED=1 $(BIN)/python -m pytest $(SPREAD) -m "not compiled" tests/elements
+	GEARPLAY_INTERPRETED=1 $(BIN)/python -m pytest $(SINGLY) -m "not compiled" tests/elements
 
 torture: $(VENV)/dev.stamp ## hostile trials in full, some hours: damage, kills, Ctrl-C, failing disks, hostile arguments; writes docs/reliability.md
 	@GEARPLAY_TESTS=torture $(BIN)/python -m pytest $(SPREAD) -m hostile --junitxml=$(VENV)/torture.xml $(OF); \

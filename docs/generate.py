@@ -1,6 +1,7 @@
 """Hook of mkdocs: write the pages and draw the figures that follow from the code; complete pages for assistive technology."""
 
 import importlib
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -23,9 +24,9 @@ TABLES = {"<!-- published numbers -->": "write_validation", "<!-- mean stiffness
 
 
 def on_pre_build(config: Any) -> None:
-    """Run the scripts; raises `CalledProcessError` where one fails."""
-    for script in SCRIPTS:
-        subprocess.run([sys.executable, str(Path(config.docs_dir) / script)], check=True)
+    """Run the scripts, in one process of their own; raises `CalledProcessError` where one fails."""
+    words = [str(Path(config.docs_dir) / script) for script in SCRIPTS]
+    subprocess.run([sys.executable, __file__, *words], check=True)
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
@@ -44,3 +45,9 @@ def on_post_page(output: str, **_: Any) -> str:
         'data-md-component="search" role="dialog" aria-label="Search"',
     )
     return output.replace('<div class="highlight-ipynb', '<div tabindex="0" class="highlight-ipynb')
+
+
+if __name__ == "__main__":
+    for script in sys.argv[1:]:
+        sys.path[0] = str(Path(script).parent)
+        runpy.run_path(script, run_name="__main__")

@@ -95,6 +95,12 @@ def beside(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         yield folder
 
 
+@pytest.fixture
+def undrawn(watched: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out the drawing of figures, which other tests look at."""
+    monkeypatch.setattr("gearplay.pictures.canvas.to_bytes", lambda figure, form: b"\x89PNG\r\n\x1a\n")
+
+
 @pytest.fixture(autouse=True)
 def pictures_are_whole(watched: list[str], beside: Path) -> Iterator[None]:
     """Fail a test that draws a figure, itself or by a command, which `pictures.looked_at` finds at fault."""

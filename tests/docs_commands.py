@@ -1,8 +1,8 @@
 """The commands of README and docs: found, and run as they stand, page by page, in a folder with the files that they name.
 
 What would take minutes is shortened, and only so: a plan is replaced by a copy with less of everything (`SHORT_PLANS`), and other
-commands get the options of `SHORTER` behind their own, less those of `LEFT_OUT`. In full depth those that take seconds run as
-they stand.
+commands get the options of `SHORTER` behind their own, less those of `LEFT_OUT`, and the numbers of `LESS`. In full depth those
+that take seconds run as they stand.
 """
 
 import re
@@ -10,6 +10,7 @@ import shlex
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,8 @@ SHORTER: dict[str, tuple[str, ...]] = {
     "wear": ("--blocks", "1"),
     "portrait": ("--settle", "50", "--keep", "100"),
 }
+LESS = {"--positions": "4", "--members": "8", "--frames": "8"}
+"""Options that get smaller numbers where a command has them."""
 LEFT_OUT = {"--claims"}
 """Options that make minutes of work whatever else is said: tests/cli/test_study.py runs them."""
 EVALUATIONS = "40"
@@ -170,6 +173,7 @@ def shortened(command: Command, folder: Path) -> list[str]:
             words += ["--out", f"out/{command.verb}-{Path(words[1]).stem}"]
     if FULL and not command.long:
         return words
+    words = [LESS.get(before, word) for before, word in pairwise(["", *words])]
     return words + list(SHORTER.get(command.verb, ()))
 
 

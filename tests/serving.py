@@ -108,10 +108,13 @@ class Server:
 class Visit:
     """A page that is open, with all that it complained about and asked for.
 
-    It is a tab of the context given, else of a context of its own: that of a first visit.
+    It is a tab of the context given, else of a context of its own: that of a first visit. With ``plots=False`` plotly.js does not
+    come until `release`: plots remain sketches, and no averages are requested.
     """
 
-    def __init__(self, browser: Any, url: str, context: Any = None, **more: Any) -> None:
+    def __init__(
+        self, browser: Any, url: str, context: Any = None, *, plots: bool = True, **more: Any
+    ) -> None:
         self.context = context or browser.new_context(**{**VIEW, **more})
         self.page = self.context.new_page()
         self._closed = self.page if context else self.context
@@ -123,6 +126,11 @@ class Visit:
         self.page.on("pageerror", lambda e: self.complaints.append(str(e)))
         self.page.on("request", lambda r: self.asked.append(r.url))
         self.page.on("dialog", lambda d: (self.complaints.append(f"dialog: {d.message}"), d.dismiss()))
+        self._drawn = "window.gearplay.state.whole"
+        self._held: list[Any] = []
+        if not plots:
+            self._drawn = "document.querySelectorAll('.sketch').length === 4"
+            self.page.route("**/plotly.js", lambda route: self._held.append(route))
         self.page.goto(url)
 
     def until(self, expression: str, seconds: float = 60.0) -> Any:
@@ -138,11 +146,16 @@ class Visit:
         )
 
     def ready(self, seconds: float = 60.0) -> "Visit":
-        """Wait for the first plot."""
-        self.until(
-            "Boolean(window.gearplay && window.gearplay.first && window.gearplay.state.whole)", seconds
-        )
+        """Wait for the plots of the first run."""
+        self.until(f"Boolean(window.gearplay && window.gearplay.first && {self._drawn})", seconds)
         return self
+
+    def release(self) -> None:
+        """Let plotly.js come, once the page has asked for it."""
+        while not self._held:
+            self.page.wait_for_timeout(20)
+        self._held[0].continue_()
+        self._drawn = "window.gearplay.state.whole"
 
     def runs(self) -> int:
         """Return how many runs the page has shown."""
@@ -152,8 +165,11 @@ class Visit:
         """Do something and wait for the run that it starts."""
         before = self.runs()
         act()
+        drawn = (
+            self._drawn if self._drawn.endswith("whole") else "true"
+        )  # sketches are drawn before a run counts as shown
         self.until(
-            f"window.gearplay.latencies.length > {before} && !window.gearplay.state.running && window.gearplay.state.whole"
+            f"window.gearplay.latencies.length > {before} && !window.gearplay.state.running && {drawn}"
         )
 
     def close(self) -> None:

@@ -82,7 +82,7 @@ def placed(packed: Packed, place: float, overlap: float) -> Floats:
     """Return a state with the pair of slot 0 at a place on the driver's path [m] and an overlap of the involutes [m]."""
     (mesh,) = packed.system.records[MESH]
     y = np.zeros(packed.state_size)
-    for _ in range(3):
+    for _ in range(2):
         out = mesh_at(packed, 0, y)
         pair = pair_overlap(mesh, packed.system, out, 0, 0)
         y[2] += (place - pair.place) / mesh.base_1

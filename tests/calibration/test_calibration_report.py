@@ -358,6 +358,7 @@ def test_what_is_no_document_is_refused(text: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
 def test_fit__a_result_at_its_start_is_reported(written: Any, tmp_path: Path) -> None:
     plan, fits, _, document = written
     dying = Drift("slow", "radial", "amplitude", 20.0, -2.0, 0.01)

@@ -21,7 +21,7 @@ from gearplay.model.toml_files import write_toml
 from gearplay.vocabulary.errors import InputError
 from programs import run_command
 
-KILLS = sized(6, 2, torture=20)
+KILLS = sized(6, torture=20)
 EVALUATIONS: int = PLAN["effort"]["evaluations"]
 
 

@@ -40,7 +40,9 @@ from gearplay.work import processes
 from gearplay.work.folder import locked
 from gearplay.work.rows import Outcome, RowStore
 
-CASES, KILLS = 300, sized(40, 10, torture=100)
+pytestmark = pytest.mark.usefixtures("undrawn")
+
+CASES, KILLS = 300, sized(40, torture=100)
 RMS: dict[str, Any] = {"kind": "statistic", "name": "rms", "signal": "ax", "at": "ring"}
 SPEED: dict[str, Any] = {
     "name": "speed",
@@ -368,7 +370,7 @@ def test_kills_change_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.many
-@pytest.mark.parametrize(("engine", "kills"), [("threads", 4), ("processes", 2)])
+@pytest.mark.parametrize(("engine", "kills"), [("threads", sized(4, 2)), ("processes", 2)])
 @pytest.mark.hostile
 def test_kills_of_the_command_change_nothing(
     begin: Begin, engine: str, kills: int, plan: Path, whole: Path, tmp_path: Path

@@ -56,6 +56,7 @@ LONG_VERBS = ("calibrate fit.toml --out out",)
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     "words",
     [*VERBS, *(pytest.param(each, marks=pytest.mark.deep) for each in LONG_VERBS)],

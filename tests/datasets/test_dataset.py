@@ -150,7 +150,7 @@ def kill_at_random(plan: Path, out: Path, kills: int) -> Iterator[int]:
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of process groups")
 def test_kills_change_nothing(whole: Path, plan: Path, tmp_path: Path) -> None:
     out = tmp_path / "killed"
-    for _ in kill_at_random(plan, out, sized(20, 3)):
+    for _ in kill_at_random(plan, out, sized(20)):
         for path in out.rglob("*.npy"):
             assert content(whole)[str(path.relative_to(out))] == hashlib.sha256(path.read_bytes()).hexdigest()
         assert not (out / "labels.csv").exists() or content(out) == content(whole)

@@ -18,6 +18,8 @@ from gearplay.diagnosis.suspects import Suspect, suspects_of
 HOW_TO = Path(__file__).resolve().parents[2] / "docs" / "how-to"
 PAIR, RIG = HOW_TO / "rattling-pair.toml", HOW_TO / "rattling-rig.toml"
 SPEED = "rotors.pinion.drive.speed"
+SHORT = 1.2
+"""Length [s] of a record that suffices for most causes."""
 CRACKED: dict[str, Any] = {"run.tolerance": 1e-6, "faults": []}
 
 
@@ -57,7 +59,7 @@ def test_worn_flanks__are_told_from_a_worn_bush() -> None:
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_a_worn_bush__is_told_from_worn_flanks() -> None:
-    record = taken(PAIR, {"sleeves.wheel.radial_clearance": "90 um"}, RIG)
+    record = taken(PAIR, {"sleeves.wheel.radial_clearance": "90 um"}, RIG, SHORT)
     found = gp.diagnose(record, case=PAIR, rig=RIG, members=2)
     assert causes(found) == ["worn bush of wheel"]
     assert 60.0 < float(found.checks()[0]["level"].split()[2]) < 130.0
@@ -78,7 +80,7 @@ def test_the_case_as_it_is__needs_no_cause(tmp_path: Path) -> None:
 def test_another_machine__agrees_with_nothing() -> None:
     """A record of twice the level in other bands: no cause of the case explains it, and that is the conclusion."""
     record = taken(PAIR, {"meshes.0.stiffness.mean": "5e6 N/m", "meshes.0.stiffness.amplitude": "0 N/m",
-                          "rotors.wheel.mass": "40 kg", "rotors.wheel.inertia": "0.1 kg m^2"}, RIG)  # fmt: skip
+                          "rotors.wheel.mass": "40 kg", "rotors.wheel.inertia": "0.1 kg m^2"}, RIG, SHORT)  # fmt: skip
     found = gp.diagnose(record, case=PAIR, rig=RIG, members=2)
     assert found.checks()[0]["deviation"] > 1.5
     assert "No simulated record of the case agrees" in found.message
@@ -98,7 +100,7 @@ def test_a_gear_of_a_loaded_pair(fault: dict[str, Any], name: str, told: bool) -
     """A crack is distinguished from a spall; an eccentricity with sidebands too small to count agrees best when simulated."""
     case = gp.replace(gp.load_case(HOW_TO / "cracked-pinion.toml"), CRACKED)
     rig = {"accelerometers": {"a": {"kind": "352C33", "rotor": "wheel"}}, "collector": {"sampling": "20 kHz"}}
-    record = taken(case, {"faults": [{"at": "pinion", **fault}]}, rig)
+    record = taken(case, {"faults": [{"at": "pinion", **fault}]}, rig, SHORT)
     found = gp.diagnose(record, case=case, rig=rig, members=2)
     assert causes(found) == [name]
     assert found.told == told
@@ -112,7 +114,7 @@ def test_a_gear_of_a_loaded_pair(fault: dict[str, Any], name: str, told: bool) -
 def test_a_line_that_a_sound_bearing_has__is_not_told() -> None:
     """Balls of a sound bearing with clearance pass its load at BPFO: the record alone says outer ring, the case does not."""
     plan = load_dataset_plan("bearing-dents")
-    record = taken(plan.case, {}, plan.rig)
+    record = taken(plan.case, {}, plan.rig, SHORT)
     alone = gp.diagnose(record, case=plan.case, quick=True)
     against = gp.diagnose(record, case=plan.case, members=2, rig=plan.rig)
     assert alone.hypotheses()[0]["name"] == "bearing of pinion, outer ring"
@@ -123,6 +125,7 @@ def test_a_line_that_a_sound_bearing_has__is_not_told() -> None:
 
 @pytest.mark.slow
 @pytest.mark.compiled
+@pytest.mark.many
 @pytest.mark.parametrize("part", ["inner", "outer"])
 def test_a_ring_of_a_bearing_of_the_case(part: str) -> None:
     plan = load_dataset_plan("bearing-dents")
@@ -156,7 +159,7 @@ def test_a_broken_cage__agrees_when_it_is_simulated() -> None:
     plan = load_dataset_plan("bearing-dents")
     fault = {"kind": "cage", "at": "pinion", "element": 2, "angle": "2 deg"}
     found = gp.diagnose(
-        taken(plan.case, {"faults": [fault]}, plan.rig), case=plan.case, rig=plan.rig, members=2
+        taken(plan.case, {"faults": [fault]}, plan.rig, SHORT), case=plan.case, rig=plan.rig, members=2
     )
     assert causes(found) == ["bearing of pinion, cage"]
 

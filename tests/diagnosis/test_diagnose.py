@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from depth import FULL
 from gearplay.diagnosis.hypotheses import HEALTHY, TOLD
 from gearplay.diagnosis.machine import machine_of_case, machine_of_teeth
 from gearplay.diagnosis.named_lines import named_envelope, named_spectrum
@@ -32,11 +33,11 @@ def test_conditions__one_record_of_each(condition: str) -> None:
 
 
 @pytest.mark.slow
-def test_conditions__sixty_records_first_in_ninety_per_cent_and_never_wrong_with_the_stated_confidence() -> (
-    None
-):
-    found = [named(condition, seed) for seed in range(1000, 1005) for condition in CONDITIONS]
-    assert sum(right for right, _ in found) >= 54
+def test_conditions__first_in_ninety_per_cent_and_never_wrong_with_the_stated_confidence() -> None:
+    found = [
+        named(condition, seed) for seed in range(1000, 1005 if FULL else 1002) for condition in CONDITIONS
+    ]
+    assert sum(right for right, _ in found) >= 0.9 * len(found)
     wrong = [first for right, first in found if not right]
     assert all(first["confidence"] < TOLD for first in wrong), wrong
 
@@ -44,7 +45,7 @@ def test_conditions__sixty_records_first_in_ninety_per_cent_and_never_wrong_with
 @pytest.mark.slow
 def test_weak_conditions__a_wrong_name_is_never_stated() -> None:
     """At 0.3 of the severity and twice the noise most conditions drown: what is then named first is not stated."""
-    for seed in range(3):
+    for seed in range(3 if FULL else 1):
         for condition in CONDITIONS:
             channel, _ = machine_record(condition, 2000 + seed, severity=0.3, noise=0.6)
             first = gp.diagnose(channel, **PAIR).hypotheses()[0]
@@ -56,7 +57,7 @@ def test_weak_conditions__a_wrong_name_is_never_stated() -> None:
 
 @pytest.mark.slow
 def test_healthy_machines__raise_no_alarm() -> None:
-    for seed in range(20):
+    for seed in range(20 if FULL else 5):
         channel, _ = machine_record("healthy", 3000 + seed)
         assert not gp.diagnose(channel, **PAIR).told
 

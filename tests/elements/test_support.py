@@ -237,7 +237,7 @@ def test_a_carried_support_keeps_momentum_and_energy(measured: Measured) -> None
             },
         },
         "supports": {"disc": {"stiffness": [1e6, 3e5], "torsional_stiffness": 30.0, "on": "carrier"}},
-        "run": {"duration": 0.05, "sampling": 2e4, "tolerance": 1e-12},
+        "run": {"duration": 0.02, "sampling": 2e4, "tolerance": 1e-12},
     }
     run = simulate_one(document)
     masses, inertias = np.array([1.0, MASS]), np.array([2e-3, INERTIA])

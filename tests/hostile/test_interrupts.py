@@ -19,7 +19,7 @@ pytestmark = pytest.mark.hostile
 
 TIMES = sized(2, 1, torture=100)
 """Of each verb, at times uniform over its first seconds."""
-LONGEST = 6.0 if FULL else 3.0
+LONGEST = 6.0 if FULL else 2.0
 PATIENCE = 6.0
 """From the signal to the end [s]: 3 on a machine that does nothing else."""
 LONG = ["--set", "run.duration=100000s"]

@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 import gearplay as gp
+from depth import sized
 from hysteresis_curves import Truth, record
 
 ARCMIN = 180.0 * 60.0 / np.pi
@@ -27,14 +28,14 @@ def covered(ds: Any, truth: Truth) -> NDArray[np.bool_]:
 @pytest.mark.slow
 def test_intervals_hold_the_truth_in_95_of_100(tmp_path: Path) -> None:
     """1 % noise of the rotation's amplitude: each number in 95 of 100 records or more, and narrow enough to be of use."""
-    hits, widths = np.zeros(5), []
-    for seed in range(100):
+    hits, widths, count = np.zeros(5), [], sized(100, 40)
+    for seed in range(count):
         path = record(tmp_path / f"{seed}.csv", Truth(), noise=0.01, seed=seed)
         ds = gp.lost_motion(path, **GIVEN).ds
         hits += covered(ds, Truth())
         low, high = ds["stiffness_interval"].values.T
         widths.append((high - low) / np.array(Truth().stages))
-    assert np.all(hits >= 95), hits
+    assert np.all(hits >= 0.95 * count), hits
     assert np.all(np.mean(widths, axis=0) < [0.1, 0.03, 0.03])
 
 

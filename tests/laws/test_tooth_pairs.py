@@ -178,12 +178,15 @@ def _inv(gear: DrawnGear) -> float:
 def shares(packed: Packed, force: float, place: float) -> tuple[float, Floats]:
     """Return the deflection [m] of rigid bodies under a force [N], and the share of each pair in it."""
     (mesh,) = packed.system.records[MESH]
+    start = placed(packed, place, 0.0)
 
     def forces(overlap: float) -> Floats:
-        found = pairs_at(packed, placed(packed, place, overlap))
+        y = start.copy()
+        y[5] -= overlap / (mesh.s * mesh.base_2)
+        found = pairs_at(packed, y)
         return np.array([stiffness_at(mesh, packed.system, p.place)[0] * max(p.p, 0.0) for p in found])
 
-    deflection = float(brentq(lambda overlap: forces(overlap).sum() - force, 0.0, 2e-4, xtol=1e-16))
+    deflection = float(brentq(lambda overlap: forces(overlap).sum() - force, 0.0, 2e-4, xtol=1e-15))
     return deflection, np.sort(forces(deflection))[::-1] / force
 
 

@@ -52,6 +52,7 @@ SETS = [
 DEPTH = 2.5e-3
 
 
+@pytest.mark.many
 @pytest.mark.parametrize(("teeth", "planets", "rpm", "periods"), SETS)
 def test_cracked_sun_tooth__passes_from_planet_to_planet(
     teeth: tuple[int, int, int], planets: int, rpm: float, periods: tuple[float, float], measured: Measured
@@ -78,6 +79,7 @@ def test_cracked_sun_tooth__passes_from_planet_to_planet(
 
 
 @pytest.mark.slow
+@pytest.mark.many
 @pytest.mark.parametrize(("teeth", "planets", "rpm", "periods"), SETS)
 def test_cracked_planet_tooth__meets_the_sun_once_a_turn_of_the_planet(
     teeth: tuple[int, int, int], planets: int, rpm: float, periods: tuple[float, float]

@@ -223,6 +223,7 @@ def test_calibrate__models_free_different_parameters() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
 def test_calibrate__a_case_without_mesh_in_a_folder_that_is_not_there(tmp_path: Path) -> None:
     """The answer begins with the interval against the case's own value."""
     pytest.importorskip("optuna")

@@ -113,7 +113,7 @@ def check_mechanism(result: gp.Result, window: tuple[float, float]) -> None:
     """Compare the shaft in its bush, magnified, at every frame of some."""
     planets = [each for each in result.case.sleeves if "planet" in each]
     for planet in planets:
-        stage = stage_of(motion_in(result, window, at=planet, frames=40))
+        stage = stage_of(motion_in(result, window, at=planet, frames=8))
         at = np.searchsorted(result.time(), stage.start + stage.frames["t"] - 1e-9)
         pane = next(each for each in stage.panes if each.look.sleeve is not None)
         ring, _, radius, _ = next(each for each in pane.sleeves if each[1]["rotor"] == planet)

@@ -138,7 +138,7 @@ def test_find_lines__not_the_sidebands() -> None:
 
 @pytest.mark.slow
 def test_findings__amplitudes_met_only_where_the_swing_lasts() -> None:
-    settings = Settings(members=2, duration=2.0, transient=1.0, history=0.01)
+    settings = Settings(members=2, duration=1.0, transient=0.2, history=0.01)
     results = run_study(settings)
     claim = "The coupled model meets the measured amplitudes."
     seen = {}

@@ -46,8 +46,8 @@ def visit(chromium: Any, returning: Any, server: Server) -> Iterator[Callable[..
     """
     made: list[Visit] = []
 
-    def open_(path: str = "/", **more: Any) -> Visit:
-        made.append(Visit(chromium, server.url + path, None if more else returning, **more))
+    def open_(path: str = "/", *, plots: bool = True, **more: Any) -> Visit:
+        made.append(Visit(chromium, server.url + path, None if more else returning, plots=plots, **more))
         return made[-1]
 
     yield open_

@@ -21,7 +21,7 @@ from web.test_jobs import Client, brief_case, memory
 
 pytestmark = pytest.mark.hostile
 HALF_OPEN = sized(1000, 100)
-RUNS = sized(300, 40, torture=10_000)
+RUNS = sized(300, torture=10_000)
 GROWTH = 20e6
 """Memory [bytes] that a server may take more after many runs than after the first."""
 
@@ -140,7 +140,7 @@ def test_one_run_after_the_other_is_never_refused(own: Server, tried: Any) -> No
                 words = await made.hear()
                 assert words["type"] == "result", words
 
-    together(lambda: runs(30))
+    together(lambda: runs(min(RUNS, 30)))
     before = memory(own.process.pid)
     together(lambda: runs(RUNS))
     assert memory(own.process.pid) < before + GROWTH

@@ -67,7 +67,7 @@ MOVE = """async ([first, count]) => {
 @pytest.mark.parametrize("case", CASES)
 def test_every_slider_moves_its_field(visit: Open, case: str) -> None:
     """Each is moved once: a run of the new value follows, or one sentence that says why there is none."""
-    made = visit().ready()
+    made = visit(plots=False).ready()
     if case != "han2021":
         made.after(lambda: made.page.select_option("#case", case))
     made.page.evaluate("document.getElementById('compare').checked = false")
@@ -101,7 +101,7 @@ def test_every_slider_moves_its_field(visit: Open, case: str) -> None:
 @pytest.mark.slow
 def test_page_fault__is_displayed_and_stops_nothing(visit: Open) -> None:
     """What a control does throws once: a message is shown, the next move runs."""
-    made = visit().ready()
+    made = visit(plots=False).ready()
     made.page.evaluate(
         """() => {
           const { state } = window.gearplay;
@@ -159,7 +159,7 @@ def test_measurements_keep_their_units(visit: Open, tmp_path: Path) -> None:
     )
     write_mat(files["a.mat"], time, values)
     write_wav(files["a.wav"], time, values)
-    made = visit().ready()
+    made = visit(plots=False).ready()
     for name, unit, factor in (
         ("g.csv", "", 1.0), ("si.csv", "", 1.0), ("lines.csv", "", 1.0), ("none.csv", "g", 1.0), ("a.mat", "m/s^2", 1.0),
         ("a.wav", "g", 0.25),
@@ -183,10 +183,13 @@ def test_measurements_keep_their_units(visit: Open, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", ["planetary-reducer", "two-stage-reducer"])
+@pytest.mark.parametrize(
+    "case", ["planetary-reducer", pytest.param("two-stage-reducer", marks=pytest.mark.deep)]
+)
 def test_names_of_orders_do_not_lie_over_each_other(visit: Open, case: str) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     made.after(lambda: made.page.select_option("#case", case))
+    made.release()
     made.until("document.querySelectorAll('#spectrum .annotation-text').length > 2")
     boxes = made.page.evaluate(
         """[...document.querySelectorAll("#spectrum .annotation-text")].map((each) => {

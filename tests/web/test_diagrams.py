@@ -9,8 +9,9 @@ from visiting import BACKLASH, CLEARANCE, SPEED, Open, brief, cells, field, fill
 
 @pytest.mark.slow
 def test_a_bifurcation_diagram(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     made.page.click("#tab-bifurcation")
+    made.release()
     for name, value in (("count", "6"), ("settle", "5"), ("keep", "4")):
         made.page.fill(f"#bifurcation-form [name={name}]", value)
     made.page.click("#bifurcation-form button")
@@ -20,9 +21,10 @@ def test_a_bifurcation_diagram(visit: Open) -> None:
 
 @pytest.mark.slow
 def test_a_map(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     brief(made)
     made.page.click("#tab-map")
+    made.release()
     assert made.page.input_value("#map-form [name=members]") == "8"
     cells(made, 7, 3)
     made.page.click("#map-form button")

@@ -7,7 +7,7 @@ from visiting import BACKLASH, CLEARANCE, SPEED, Open, field, fill, open_run, sh
 
 @pytest.mark.slow
 def test_a_slider_moves_by_keys(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     slider(made, CLEARANCE).focus()
     made.after(lambda: made.page.keyboard.press("ArrowRight"))
     assert shown(made, "result.case.sleeves.ring.radial_clearance") == pytest.approx(100.4e-6, rel=1e-3)
@@ -16,7 +16,7 @@ def test_a_slider_moves_by_keys(visit: Open) -> None:
 
 @pytest.mark.slow
 def test_reset_brings_the_case_back(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     before = shown(made, "result.sha256")
     fill(made, BACKLASH, "150")
     assert shown(made, "result.sha256") != before
@@ -28,7 +28,7 @@ def test_reset_brings_the_case_back(visit: Open) -> None:
 
 @pytest.mark.deep
 def test_one_field_is_reset(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     fill(made, BACKLASH, "150")
     fill(made, CLEARANCE, "70")
     button = made.page.get_by_role("button", name="Reset pinion-ring backlash")
@@ -41,7 +41,7 @@ def test_one_field_is_reset(visit: Open) -> None:
 
 @pytest.mark.deep
 def test_field_bounds__are_next_to_the_field(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     label = made.page.locator(".control", has=field(made, "sleeves.ring.restitution")).locator("label")
     assert "to 1" in label.get_attribute("title")
     assert "sleeves.ring.restitution" in label.get_attribute("title")
@@ -58,7 +58,7 @@ def test_field_bounds__are_next_to_the_field(visit: Open) -> None:
     ],
 )
 def test_a_value_out_of_bounds_is_refused_in_words(visit: Open, path: str, value: str, said: str) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     runs = made.runs()
     field(made, path).fill(value)
     field(made, path).press("Tab")
@@ -70,7 +70,7 @@ def test_a_value_out_of_bounds_is_refused_in_words(visit: Open, path: str, value
 
 @pytest.mark.deep
 def test_find_narrows_the_fields(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     made.page.fill("#find", "backlash")
     assert field(made, BACKLASH).is_visible()
     assert not field(made, SPEED).is_visible()
@@ -80,7 +80,7 @@ def test_find_narrows_the_fields(visit: Open) -> None:
 
 @pytest.mark.deep
 def test_a_law_is_chosen_from_a_list(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     choice = made.page.locator(".control select", has_text="hunt-crossley").first
     made.after(lambda: choice.select_option("hunt-crossley"))
     assert shown(made, "result.case.sleeves.ring.law") == "hunt-crossley"
@@ -88,7 +88,7 @@ def test_a_law_is_chosen_from_a_list(visit: Open) -> None:
 
 @pytest.mark.slow
 def test_refused_case__greys_the_earlier_results(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     assert made.page.locator("#stale").is_hidden()
     field(made, "meshes.0.stiffness.amplitude").fill("500")
     field(made, "meshes.0.stiffness.amplitude").press("Tab")
@@ -102,7 +102,7 @@ def test_refused_case__greys_the_earlier_results(visit: Open) -> None:
 
 @pytest.mark.deep
 def test_case_warnings__are_displayed(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     assert made.page.locator("#notes").is_hidden()
     open_run(made)
     fill(made, "run.transient", "0")

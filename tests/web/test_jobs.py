@@ -19,7 +19,7 @@ from depth import FULL, sized
 from gearplay.web.frames import unpack_frame
 from serving import Server, Visit, together
 
-CLIENTS = sized(50, 20)
+CLIENTS = sized(50, 10)
 
 
 def brief_case(server: Server, **run: Any) -> dict[str, Any]:

@@ -79,11 +79,12 @@ def test_task__stops() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [(1400, 1000), (390, 844)])
-def test_panel(visit: Open, size: tuple[int, int]) -> None:
-    made = visit("/", viewport={"width": size[0], "height": size[1]}).ready()
+def test_panel(visit: Open) -> None:
+    """On a screen, then as wide as a phone."""
+    made = visit(plots=False).ready()
     made.after(lambda: made.page.select_option("#case", "two-stage-reducer"))
     made.page.click("#tab-lost_motion")
+    made.release()
     form = "#lost_motion-form"
     assert made.page.input_value(f"{form} [name=at]") == "output"
     assert made.page.input_value(f"{form} [name=hold]") == "input"
@@ -94,7 +95,9 @@ def test_panel(visit: Open, size: tuple[int, int]) -> None:
     tiles = made.page.text_content("#lost_motion-rows")
     for words in ("7.077 arcmin", "K1", "45.36 N m/arcmin", "mesh layshaft.pinion-output"):
         assert words in tiles
-    assert made.page.evaluate("document.documentElement.scrollWidth") <= size[0] + 1
+    for width in (1400, 390):
+        made.page.set_viewport_size({"width": width, "height": 1000})
+        made.until(f"document.documentElement.scrollWidth <= {width + 1}")
     assert made.page.locator("#lost_motion-stale").is_hidden()
     fill(made, BACKLASH, "140")
     assert made.page.locator("#lost_motion-stale").is_visible()

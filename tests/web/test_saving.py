@@ -16,7 +16,7 @@ def test_a_file_is_opened(visit: Open, tmp_path: Path) -> None:
 
     file = tmp_path / "mine.toml"
     file.write_text(to_toml(load_case("han2021", ["title=Mine", "meshes.0.backlash=70um"])), encoding="utf-8")
-    made = visit().ready()
+    made = visit(plots=False).ready()
     made.after(lambda: made.page.set_input_files("#upload", file))
     assert made.page.text_content("#title") == "Mine"
     assert field(made, BACKLASH).input_value() == "70"
@@ -43,7 +43,7 @@ def test_a_bad_file_is_refused_and_the_case_stays(
 ) -> None:
     file = tmp_path / name
     file.write_bytes(content)
-    made = visit().ready()
+    made = visit(plots=False).ready()
     made.page.set_input_files("#upload", file)
     made.until(f"document.getElementById('message').textContent.includes({json.dumps(said)})")
     assert made.page.text_content("#title") == "Han 2021, 120 rpm, 100/100 um"
@@ -70,7 +70,7 @@ def test_a_link_carries_the_case(visit: Open) -> None:
     ("form", "start"), [("nc", b"\x89HDF"), ("csv", b"member,time [s],"), ("toml", b"# The rig of Han")]
 )
 def test_results_and_cases_are_saved(visit: Open, form: str, start: bytes) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     with made.page.expect_download() as waited:
         made.page.select_option("#save", form)
     path = Path(waited.value.path())
@@ -91,7 +91,7 @@ def test_pictures_are_saved(visit: Open, form: str, start: bytes) -> None:
 
 @pytest.mark.deep
 def test_save__without_a_result_is_reported(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     made.page.click("#tab-map")
     made.page.select_option("#save", "csv")
     made.until("document.getElementById('message').textContent.includes('nothing to save here yet')")
@@ -139,7 +139,7 @@ def test_earlier_results_are_recalled(visit: Open) -> None:
 
 @pytest.mark.slow
 def test_case_file__is_saved_as_written(visit: Open) -> None:
-    made = visit().ready()
+    made = visit(plots=False).ready()
     fill(made, BACKLASH, "150")
     with made.page.expect_download() as waited:
         made.page.select_option("#save", "toml")
@@ -151,7 +151,7 @@ def test_case_file__is_saved_as_written(visit: Open) -> None:
 @pytest.mark.slow
 def test_unstorable_result__is_reported_until_the_next_run(server: Server, visit: Open) -> None:
     """At the limit of a file's size writes fail as on a full disk."""
-    made = visit().ready()
+    made = visit(plots=False).ready()
     unlimited = resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE)
     resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (1000, unlimited[1]))
     try:

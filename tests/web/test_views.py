@@ -3,7 +3,6 @@
 import json
 import math
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -38,23 +37,14 @@ AXES = """([of, inside]) => Object.fromEntries(["orbit", "spectrum", "backlash",
 }))"""
 
 
-def first_view(visit: Open, case: str) -> tuple[Visit, Any]:
-    """Open a case while plotly.js is held back; return the page and what the answer to its request waits for."""
-    made, held = visit(), []
-    made.page.route("**/plotly.js", lambda route: held.append(route))
-    made.until("Boolean(window.gearplay && window.gearplay.first)", 60.0)
+def first_view(visit: Open, case: str) -> Visit:
+    """Open a case while plotly.js is held back."""
+    made = visit(plots=False).ready()
     if case != "han2021":
         made.page.select_option("#case", case)
         made.until(f"window.gearplay.state.name === '{case}' && window.gearplay.latencies.length > 1", 60.0)
     made.until("document.querySelectorAll('.sketch').length === 4 && !window.gearplay.state.running")
-
-    def release() -> None:
-        made.page.hover("#orbit")  # who points at a plot wants to zoom
-        while not held:
-            made.page.wait_for_timeout(20)
-        held[0].continue_()
-
-    return made, release
+    return made
 
 
 @pytest.mark.slow
@@ -67,14 +57,15 @@ def first_view(visit: Open, case: str) -> tuple[Visit, Any]:
     ],
 )
 def test_first_plots__need_no_plotly_and_do_not_change_with_it(visit: Open, case: str) -> None:
-    made, release = first_view(visit, case)
+    made = first_view(visit, case)
     made.page.evaluate(WITHOUT_AVERAGES)
     assert made.page.evaluate("window.Plotly === undefined")
     sketched = made.page.evaluate(AXES, ["sketched", ".sketch"])
     colors = "[...document.querySelectorAll('#spectrum .sketch g path')].map((each) => each.getAttribute('stroke'))"
     assert set(made.page.evaluate(colors)) == {"#0b5fa5"}
     assert "frequency [Hz]" in [each[0] for each in sketched["spectrum"]["texts"]]
-    release()
+    made.page.hover("#orbit")  # who points at a plot wants to zoom
+    made.release()
     made.ready()
     assert made.page.locator(".sketch").count() == 0
     drawn = made.page.evaluate(AXES, ["_fullLayout", ".main-svg"])

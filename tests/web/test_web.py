@@ -359,7 +359,7 @@ def test_map__equals_single_runs(measure: str) -> None:
 @pytest.mark.slow
 def test_every_measure_that_is_offered_is_kept() -> None:
     for each in measures(load_case("pinion-idler-ring")):
-        case = load_case("pinion-idler-ring", ["run.duration=100ms", "run.transient=0s"])
+        case = load_case("pinion-idler-ring", ["run.duration=40ms", "run.transient=0s"])
         words = SMALL_MAP | {"columns": 2, "measure": each["measure"], "of": each["of"]}
         words |= {
             "case": case.resolved(),

@@ -74,9 +74,13 @@ def along(case: Case, path: str, *, keep_load: bool = False) -> Family:
     away what drag adds, so that drag damps and loads no more.
     """
     before = rolling.nominal_speeds(case)
+    pair = case.torsional_pair
 
     def family(value: float) -> Case:
+        nonlocal case, pair
         changed = replace(case, {path: value})
+        if pair is not None and changed.torsional_pair is None:
+            case, pair = changed, None  # written out in parts once, not for every value
         if not keep_load:
             return changed
         changes = {}

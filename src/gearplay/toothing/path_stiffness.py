@@ -92,9 +92,9 @@ class PathStiffness:
     def _curve(self, places: Floats) -> Floats:
         path = self.pair.path
         if self.method == "potential-energy":
-            return np.array(
-                [_energy(self.pair, float(place), self.modulus, self.poisson) for place in np.ravel(places)]
-            ).reshape(np.shape(places))
+            distinct, at = np.unique(places, return_inverse=True)  # those beyond the path are its ends
+            each = [_energy(self.pair, place, self.modulus, self.poisson) for place in distinct.tolist()]
+            return np.array(each)[at].reshape(np.shape(places))
         kappa = parabola(self.pair.contact_ratio)
         middle, half = 0.5 * (path.start + path.end), 0.5 * path.length
         if self.pair.overlap == 0.0:

@@ -13,6 +13,7 @@ D. C. H. Yang, J. Y. Lin, J. Mech. Transm. Autom. Des. 109 (1987) 189. A ring's 
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
@@ -24,6 +25,8 @@ from gearplay.toothing.gear import DrawnGear
 from gearplay.toothing.pair import GearPair
 
 Floats = NDArray[np.float64]
+Curve = Callable[[DrawnGear, Floats], tuple[Floats, Floats]]
+Sections = tuple[Floats, Floats, Floats]
 NODES: Final = 48
 """Gauss-Legendre nodes over the fillet and over the involute."""
 SHEAR: Final = 1.2
@@ -97,26 +100,35 @@ def _tangent_at(gear: DrawnGear, radius: float) -> float:
     return math.sqrt(max((radius / gear.base_radius) ** 2 - 1.0, 0.0))
 
 
-def _sections(gear: DrawnGear, tangent: float) -> tuple[Floats, Floats, Floats]:
-    """Return half thickness, height and weight of sections between the root and a contact, shape [section]."""
+def _piece(gear: DrawnGear, curve: Curve, low: float, high: float) -> Sections:
+    """Return half thickness, height and weight of sections along a curve of the outline, shape [section]."""
     nodes, weights = _nodes(NODES)
+    middle, half, step = 0.5 * (low + high), 0.5 * (high - low), 1e-5 * (high - low)
+    at = middle + half * nodes
+    x, y = curve(gear, at)
+    slope = (curve(gear, at + step)[1] - curve(gear, at - step)[1]) / (2.0 * step)
+    return x, y, np.abs(half * weights * slope)
 
-    def piece(curve: object, low: float, high: float) -> tuple[Floats, Floats, Floats]:
-        middle, half, step = 0.5 * (low + high), 0.5 * (high - low), 1e-5 * (high - low)
-        at = middle + half * nodes
-        x, y = curve(gear, at)  # type: ignore[operator]
-        slope = (curve(gear, at + step)[1] - curve(gear, at - step)[1]) / (2.0 * step)  # type: ignore[operator]
-        return x, y, np.abs(half * weights * slope)
 
-    if gear.internal:
-        return piece(involute_flank, _tangent_at(gear, gear.root), tangent)
-    ends = fillet(gear, np.array([gear.pressure_angle]))
-    begins = _tangent_at(gear, math.hypot(ends[0][0], ends[1][0]))
+@lru_cache(maxsize=64)
+def _root(gear: DrawnGear) -> tuple[float, Sections, float]:
+    """Return the tangent of the pressure angle where the involute begins, the fillet's sections, the angle of its end [rad]."""
     low, high = gear.pressure_angle, 0.5 * math.pi
+    (x_0, x_1), (y_0, y_1) = fillet(gear, np.array([low, high]))
+    begins = _tangent_at(gear, math.hypot(x_0, y_0))
+    return begins, _piece(gear, fillet, low, high), math.atan2(x_1, y_1)
+
+
+def _sections(gear: DrawnGear, tangent: float) -> Sections:
+    """Return half thickness, height and weight of sections between the root and a contact, shape [section]."""
+    if gear.internal:
+        return _piece(gear, involute_flank, _tangent_at(gear, gear.root), tangent)
+    begins, cut, _ = _root(gear)
     if tangent <= begins:  # the contact is within the fillet's height
-        return piece(fillet, _fillet_angle(gear, tangent), high)
-    pieces = piece(fillet, low, high), piece(involute_flank, begins, tangent)
-    x, y, weight = (np.concatenate(each) for each in zip(*pieces, strict=True))
+        return _piece(gear, fillet, _fillet_angle(gear, tangent), 0.5 * math.pi)
+    x, y, weight = (
+        np.concatenate(each) for each in zip(cut, _piece(gear, involute_flank, begins, tangent), strict=True)
+    )
     return x, y, weight
 
 
@@ -168,8 +180,7 @@ def tooth_compliance(
 def _foundation(gear: DrawnGear, beta: float, x_c: float, y_c: float) -> float:
     """Return cos^2 beta (L* (u/S)^2 + M* u/S + P* (1 + Q* tan^2 beta)) of the body under a tooth."""
     assert gear.bore is not None, "validated"
-    corner_x, corner_y = fillet(gear, np.array([0.5 * math.pi]))
-    theta = math.atan2(float(corner_x[0]), float(corner_y[0]))
+    theta = _root(gear)[2]
     h = 2.0 * gear.root / gear.bore
     terms = np.array([1.0 / theta**2, h * h, h / theta, 1.0 / theta, h, 1.0])
     big_l, big_m, big_p, big_q = (SAINSOT @ terms).tolist()
