@@ -1050,7 +1050,9 @@ class Reference:
         inner = sleeve.shaft_radius
         levers = (-length - inner, -inner) if sleeve.outside else (inner, length + inner)
         slip = -uy * vx + ux * vy + omega_j * levers[0] - omega_b * levers[1]
-        return _SleeveMotion(ux, uy, length - sleeve.clearance, ux * vx + uy * vy, slip, levers, arm, (vx, vy))
+        return _SleeveMotion(
+            ux, uy, length - sleeve.clearance, ux * vx + uy * vy, slip, levers, arm, (vx, vy)
+        )
 
     # ------------------------------------------------------------------ forces
 

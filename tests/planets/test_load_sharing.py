@@ -107,6 +107,4 @@ def test_planets_beside_their_pins_at_temperature() -> None:
     still = gp.load_sharing(result.case)
     arm, stiffness = 0.135 * (1.0 + 11.5e-6 * 100.0), result.case.sleeves["stage.planet1"].contact_stiffness()
     pressed = clearance + (500.0 / (3.0 * arm) / stiffness) ** (2.0 / 3.0)
-    assert still.ds["beside_pin"].sel(direction="tangential").values == pytest.approx(
-        [pressed] * 3, rel=1e-4
-    )
+    assert still.ds["beside_pin"].sel(direction="tangential").values == pytest.approx([pressed] * 3, rel=1e-4)

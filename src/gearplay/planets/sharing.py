@@ -131,7 +131,10 @@ class Members:
         ``planet`` and ``carrier`` are displacements [m], shape [2, time], ``turn`` the carrier's rotation [rad].
         """
         table, centres = self.case.planetary[self.name], geometry.centres(self.case.operating)
-        phi, A = float(self.directions[k]), math.dist(centres[self.planets[k]], centres[f"{self.name}.carrier"])
+        phi, A = (
+            float(self.directions[k]),
+            math.dist(centres[self.planets[k]], centres[f"{self.name}.carrier"]),
+        )
         place = A * np.array([np.cos(phi), np.sin(phi)])
         away = planet - carrier + place[:, None]
         out = np.array([np.cos(turn + phi), np.sin(turn + phi)])

@@ -264,7 +264,8 @@ def add_change(
         normal = row[N_D] * delta + row[N_R] * rate + row[N_V] * stored
         pull = 0.0
         if sleeve.friction > 0.0:
-            longer, other_longer = (-delta, 0.0) if sleeve.is_bush == 1 else (0.0, delta)  # arms, by the length of e
+            # The arms by the length of e.
+            longer, other_longer = (-delta, 0.0) if sleeve.is_bush == 1 else (0.0, delta)
             sliding = -v_x * u_y + v_y * u_x - row[V_U] * turn
             sliding += row[LEVER] * z[omega_of(system, j)] + longer * row[OWN_SPIN]
             if b >= 0:

@@ -111,7 +111,7 @@ class Sleeve(Holder):
     rotor_side: Annotated[
         Literal["journal", "bush"],
         Field(
-            description="side that the rotor is, the bush for a planet on its pin: how clearance follows temperature, where friction acts"
+            description="side that the rotor is, the bush for a planet on its pin: for friction, and clearance at temperature"
         ),
     ] = "journal"
     offset: Offset = (0.0, 0.0)
