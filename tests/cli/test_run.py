@@ -311,3 +311,37 @@ def test_peaks_of_couplings__are_torques_with_three_digits(tmp_path: Path, capsy
     shown, *unit = line.split()[-3:]
     assert unit == ["N", "m"]
     assert float(shown) == pytest.approx(found["peak_force"], rel=5e-3)
+
+
+RARE = """
+gravity = ["0 m/s^2", "0 m/s^2"]
+
+[rotors.disc]
+mass = "1 kg"
+inertia = "1e-3 kg m^2"
+initial = { vx = "0.05 mm/s" }
+
+[sleeves.disc]
+radial_clearance = "0.5 mm"
+stiffness = "1e12 N/m^1.5"
+restitution = 0.2
+
+[run]
+duration = "20 s"
+sampling = "100 Hz"
+"""
+
+
+def test_a_rare_impact__has_its_rate_and_its_share_of_time(tmp_path: Path, capsys: Said) -> None:
+    """One impact in 20 s is 0.05 1/s and less than 0.01 % of the time, neither of them 0."""
+    case = tmp_path / "rare.toml"
+    case.write_text(RARE)
+    assert command(["run", str(case), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["contacts"]["disc"]
+    assert found["impacts_per_second"] == pytest.approx(1.0 / 20.0)
+    assert 0.0 < found["share_of_time"] < 5e-5
+    assert command(["run", str(case)]) == 0
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("disc"))
+    share, percent, rate, unit = line.split()[1:5]
+    assert (percent, unit, rate) == ("%", "1/s", "0.05")
+    assert float(share) == pytest.approx(100.0 * found["share_of_time"], rel=5e-3)

@@ -296,7 +296,8 @@ def _add_planets(
         rotors[f"{name}/planet{k}"] = planet
         where, part = ("sleeves", "pin") if "pin" in table else ("supports", "support")
         offset = _beside(errors.get(k, {}), direction)
-        borne[where][f"{name}/planet{k}"] = {**table[part], "on": f"{name}/carrier", "offset": offset}
+        side = {"rotor_side": "bush"} if part == "pin" else {}
+        borne[where][f"{name}/planet{k}"] = {**table[part], **side, "on": f"{name}/carrier", "offset": offset}
 
 
 def _meshes_of(name: str, table: dict[str, Any]) -> list[dict[str, Any]]:

@@ -23,7 +23,7 @@ The case dictionary
 ``sleeves``
     name of the journal's rotor -> ``radial_clearance``, ``law``, ``stiffness``, ``exponent``,
     ``restitution``, ``minimum_impact_speed``, optional ``on``, ``offset``, ``friction_coefficient``,
-    ``friction_speed``, ``shaft_radius``, ``bed_exponent``, ``bed_reference_penetration``.
+    ``friction_speed``, ``shaft_radius``, ``rotor_side``, ``bed_exponent``, ``bed_reference_penetration``.
 ``supports``
     name of the rotor -> ``stiffness`` [kx, ky], ``damping`` [cx, cy], ``torsional_stiffness``,
     ``torsional_damping``, ``on``, ``offset``; all optional.  A stiffness frees the centre.
@@ -75,8 +75,8 @@ Choices where the conventions leave room
 * *Gears on a carrier* roll in its frame, whatever its speed.  The one line of action of ``uncoupled`` and
   ``as_published`` is fixed in the carrier, and each flank turns the carrier by ``-F dp/dtheta_c``.
 * *Radial damping* of a rotor on a carrier acts between its centre and its pin, the reaction at the pin.
-* *Tangential friction*: the bush's reaction acts at ``R_b`` from the bush's centre, as the journal's at
-  ``R_j`` from its own; the two points differ by the penetration.
+* *Tangential friction* acts at one point, on the surface of the journal, which with ``rotor_side`` "bush" is that of
+  the carrier or the ground.
 """
 
 from __future__ import annotations
@@ -239,6 +239,7 @@ class _Sleeve:
     friction: float
     friction_speed: float  # m/s
     shaft_radius: float  # m
+    outside: bool  # the rotor is the bush around a journal of the carrier
     bed: WinklerBed | None
 
 
@@ -312,7 +313,8 @@ class _SleeveMotion:
     uy: float
     delta: float
     rate: float
-    slip: float  # tangential speed of the journal's surface against the bush's, m/s
+    slip: float  # tangential speed of the rotor's surface against the other at the contact, m/s
+    levers: tuple[float, float]  # of the contact along u about the centres of rotor and seat, m
     arm: tuple[float, float]  # bush centre relative to the carrier's centre
     velocity: tuple[float, float]  # of the journal's centre against the bush's, m/s
 
@@ -818,6 +820,7 @@ class Reference:
             friction=_number(table, "friction_coefficient"),
             friction_speed=_number(table, "friction_speed", 1.0),
             shaft_radius=radius,
+            outside=table.get("rotor_side") == "bush",
             bed=bed,
         )
 
@@ -1042,11 +1045,14 @@ class Reference:
             vy -= z[n3 + c + 1] + omega_b * arm[0]
         length = math.hypot(ex, ey)
         if length == 0.0:
-            return _SleeveMotion(1.0, 0.0, -sleeve.clearance, 0.0, 0.0, arm, (vx, vy))
+            return _SleeveMotion(1.0, 0.0, -sleeve.clearance, 0.0, 0.0, (0.0, 0.0), arm, (vx, vy))
         ux, uy = ex / length, ey / length
-        slip = -uy * vx + ux * vy + omega_j * sleeve.shaft_radius
-        slip -= omega_b * (sleeve.shaft_radius + sleeve.clearance)
-        return _SleeveMotion(ux, uy, length - sleeve.clearance, ux * vx + uy * vy, slip, arm, (vx, vy))
+        inner = sleeve.shaft_radius
+        levers = (-length - inner, -inner) if sleeve.outside else (inner, length + inner)
+        slip = -uy * vx + ux * vy + omega_j * levers[0] - omega_b * levers[1]
+        return _SleeveMotion(
+            ux, uy, length - sleeve.clearance, ux * vx + uy * vy, slip, levers, arm, (vx, vy)
+        )
 
     # ------------------------------------------------------------------ forces
 
@@ -1291,13 +1297,13 @@ class Reference:
             i = 3 * sleeve.journal
             force[i] += fx
             force[i + 1] += fy
-            force[i + 2] += sleeve.shaft_radius * tangential
+            force[i + 2] += touch.levers[0] * tangential
             if sleeve.carrier >= 0:
                 c = 3 * sleeve.carrier
                 force[c] -= fx
                 force[c + 1] -= fy
                 force[c + 2] -= touch.arm[0] * fy - touch.arm[1] * fx
-                force[c + 2] -= (sleeve.shaft_radius + sleeve.clearance) * tangential
+                force[c + 2] -= touch.levers[1] * tangential
         self._add_supports(force, t, z)
         self._add_bearings(force, t, z)
         self._add_couplings(force, t, z)

@@ -24,6 +24,7 @@ def sample(rng: np.random.Generator, *, damped: bool = True, plain: bool = False
             "friction_coefficient": float(rng.choice([0.0, 0.1])) if damped else 0.0,
             "friction_speed": 0.3,
             "shaft_radius": 0.01,
+            "rotor_side": str(rng.choice(["journal", "bush"])),
         }
 
     damping = float(rng.choice([0.0, 20.0])) if damped else 0.0

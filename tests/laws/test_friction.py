@@ -40,6 +40,59 @@ def test_sleeve_friction__coulomb_force_and_its_cubic(omega: float) -> None:
     assert float(ds.sleeve_force_x[0]) == pytest.approx(-MU * normal * (1.5 * u - 0.5 * u**3), rel=1e-6)
 
 
+SIDES = ("journal", "bush")
+
+
+def journal_and_bush(table: str) -> Document:
+    """Return a journal and a bush free in the plane, rubbing; the sleeve is in the table of one of them."""
+    sign, other = (1.0, "bush") if table == "journal" else (-1.0, "journal")
+    sleeve = {"radial_clearance": 1e-4, "law": "hunt-crossley", "stiffness": 1e9, "restitution": 0.8}
+    sleeve |= {"friction_coefficient": MU, "friction_speed": 0.05, "shaft_radius": 0.01}
+    starts = {"journal": {"omega": 60.0}, "bush": {"omega": -20.0}}
+    starts[table] |= {"x": 0.0, "y": -sign * 1.01e-4, "vx": sign * 0.3, "vy": -sign * 0.2}
+    bodies = {"journal": {"mass": 0.3, "inertia": 1e-5}, "bush": {"mass": 0.5, "inertia": 2e-4}}
+    common = {"position": [0.0, 0.0], "floating": True}
+    rotors = {
+        name: body | common | {"initial": {"theta": 0.0, **starts[name]}} for name, body in bodies.items()
+    }
+    del rotors[table]["floating"]
+    return {
+        "rotors": rotors,
+        "sleeves": {table: sleeve | {"rotor_side": table, "on": other}},
+        "run": {"duration": 5e-3, "sampling": 1e4, "tolerance": 1e-11},
+    }
+
+
+def test_sleeve_friction__is_the_same_in_the_table_of_the_journal_and_of_the_bush() -> None:
+    """The rotor is the journal on a bush, or the bush around a journal: one contact, one motion of one relative to the other."""
+    runs = [gp.simulate(journal_and_bush(table)).ds for table in SIDES]
+    first, second = (
+        {name: ds[name].sel(rotor=list(SIDES)).values for name in ("x", "y", "theta", "omega")} for ds in runs
+    )
+    assert np.ptp(first["omega"][:, 0]) > 5.0  # friction acts
+    for name, tolerance in (("theta", 1e-9), ("omega", 1e-6)):
+        np.testing.assert_allclose(first[name], second[name], rtol=0.0, atol=tolerance)
+    for name in ("x", "y"):
+        np.testing.assert_allclose(np.diff(first[name]), np.diff(second[name]), rtol=0.0, atol=1e-11)
+
+
+@pytest.mark.parametrize("table", SIDES)
+def test_sleeve_friction__keeps_linear_and_angular_momentum(table: str) -> None:
+    document = journal_and_bush(table)
+    ds = gp.simulate(document).ds
+    mass, inertia = (
+        np.array([document["rotors"][name][key] for name in SIDES]) for key in ("mass", "inertia")
+    )
+    x, y, vx, vy, omega = (ds[name].sel(rotor=list(SIDES)).values for name in ("x", "y", "vx", "vy", "omega"))
+    assert np.ptp(omega[:, 0]) > 5.0
+    for momentum, scale in (
+        (vx @ mass, 0.1),
+        (vy @ mass, 0.1),
+        ((x * vy - y * vx) @ mass + omega @ inertia, 1e-3),
+    ):
+        assert float(np.ptp(momentum)) < 1e-10 * scale
+
+
 def rolling(kind: str, wheel_drives: bool, ratio: float, torque: float) -> tuple[Document, float, float]:
     """Return a pair that rolls under load, the driven base radius and l; ``ratio``: natural over mesh frequency."""
     wheel = "ring" if kind == "internal" else "wheel"

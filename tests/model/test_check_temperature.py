@@ -92,6 +92,28 @@ def test_a_clearance_that_closes_the_backlash_is_said() -> None:
     assert "Within the clearances of its bearings one-two can jam at -60 degC" in verdict(case).message
 
 
+def test_a_journal_that_seizes_at_an_end_of_the_range__is_a_warning_with_its_temperature() -> None:
+    """The clearance there is (R + c) f_housing - R f_steel; the other end keeps its backlash and its verdict."""
+    sleeve = {"radial_clearance": "5 um", "shaft_radius": "10 mm", "stiffness": 1e9}
+    found = gp.check_case(
+        gp.replace(
+            cold_pair(temperature="20 degC", temperature_range=["-80 degC", "60 degC"]),
+            {"sleeves.two": sleeve},
+        )
+    )
+    left = 1e6 * (0.010005 * (1.0 - 100.0 * ALUMINIUM) - 0.01 * (1.0 - 100.0 * STEEL))
+    (seized,) = (
+        each for each in found if each.path == "sleeves.two.radial_clearance" and each.severity == "warning"
+    )
+    assert seized.message.startswith(
+        f"at -80 degC it is {left:.4g} um: the journal no longer fits its bush. Raise it"
+    )
+    (backlash,) = (each for each in found if "are left" in each.message)
+    assert "-80 degC" not in backlash.message
+    assert "at 60 degC" in backlash.message
+    assert "over 20 degC to 60 degC" in found[-1].message
+
+
 def test_more_planets_make_no_more_lines() -> None:
     """Equal planets are one line: the number of findings does not depend on their number, and no line is there twice."""
     few, many = (

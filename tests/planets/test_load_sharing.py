@@ -98,3 +98,36 @@ def test_what_cannot_be_is_refused() -> None:
         gp.load_sharing("planetary-reducer", name="other")
     with pytest.raises(gp.InputError, match="must carry a load"):
         gp.load_sharing(gp.replace(case(), {"planetary.stage.carrier.load.torque": 0.0}))
+
+
+def test_sharing_of_a_motion_without_floating_members() -> None:
+    case = gp.replace(
+        "planetary-reducer",
+        {"planetary.stage.sun.floating": False, "run.duration": 2e-3, "run.transient": 0.0},
+    )
+    found = gp.load_sharing(gp.simulate(case))
+    assert found.ds["floating_history"].shape[:2] == (0, 2)
+    assert float(found.ds["share"].sum()) == pytest.approx(1.0, rel=1e-12)
+
+
+def test_planets_beside_their_pins_at_temperature() -> None:
+    """The pins move with the carrier's expansion, 0.16 mm here: what is left beside them is clearance and penetration."""
+    steel = {"expansion": 11.5e-6}
+    changes = {f"planetary.stage.{name}.material": steel for name in ("sun", "planets", "ring", "carrier")}
+    changes |= {
+        "environment": {"temperature": "120 degC", "housing": steel},
+        "planetary.stage.pin.shaft_radius": "20 mm",
+    }
+    changes |= {"run.duration": 0.06, "run.transient": 0.0}
+    result = gp.simulate(gp.replace("planetary-reducer", changes))
+    assert np.ptp(result.signal("stage.carrier.theta")) > 0.7
+    found = gp.load_sharing(result)
+    deepest = max(float(np.max(result.signal("sleeve_penetration", f"stage.planet{k}"))) for k in (1, 2, 3))
+    beside = np.hypot(*found.ds["beside_pin_history"].transpose("direction", ...).values)
+    clearance = found.ds.attrs["pin_clearance"]
+    assert clearance == pytest.approx(10e-6 * (1.0 + 11.5e-6 * 100.0), rel=1e-9)
+    assert float(beside.max()) == pytest.approx(clearance + deepest, rel=1e-6)
+    still = gp.load_sharing(result.case)
+    arm, stiffness = 0.135 * (1.0 + 11.5e-6 * 100.0), result.case.sleeves["stage.planet1"].contact_stiffness()
+    pressed = clearance + (500.0 / (3.0 * arm) / stiffness) ** (2.0 / 3.0)
+    assert still.ds["beside_pin"].sel(direction="tangential").values == pytest.approx([pressed] * 3, rel=1e-4)

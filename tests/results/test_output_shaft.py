@@ -155,6 +155,52 @@ def test_output__power_of_impacts_in_a_coupling() -> None:
     assert values["impact_power"] == pytest.approx(energy * values["impacts_per_second"], rel=1e-6)
 
 
+def test_output__power_of_impacts_in_a_rolling_bearing() -> None:
+    """Undamped between two opposite elements of a bearing that stands, every one is met with m v^2 / 2."""
+    speed = 0.05
+    bearing = {
+        "rolling_elements": 2,
+        "element_diameter": "5 mm",
+        "pitch_diameter": "30 mm",
+        "stiffness": 1e10,
+    }
+    case = {
+        "rotors": {"disc": {"mass": 0.5, "inertia": 1e-3, "initial": {"vx": speed}}},
+        "bearings": {"disc": bearing | {"internal_clearance": "50 um"}},
+        "gravity": [0.0, 0.0],
+        "run": {"duration": 0.05, "sampling": 1e4, "tolerance": 1e-10},
+    }
+    values = gp.simulate(case).output_at("disc").values
+    assert values["impacts_per_second"] > 500.0
+    assert values["impact_power"] == pytest.approx(0.25 * speed**2 * values["impacts_per_second"], rel=1e-6)
+
+
+def test_output__power_of_impacts_on_a_carrier() -> None:
+    """The mass behind a planet's impact on its pin is that of planet and carrier, whose inertia counts at the mean of r^2."""
+    case = {
+        "rotors": {
+            "carrier": {"mass": 1.0, "inertia": 1e-3, "position": [0.0, 0.0]},
+            "planet": {
+                "mass": 0.4,
+                "inertia": 1e-4,
+                "position": [0.06, 0.0],
+                "initial": {"vx": 0.02, "vy": 0.03},
+            },
+        },
+        "sleeves": {
+            "planet": {"radial_clearance": 5e-5, "stiffness": 1e10, "restitution": 0.9, "on": "carrier"}
+        },
+        "gravity": [0.0, 0.0],
+        "run": {"duration": 0.05, "sampling": 1e4},
+    }
+    result = gp.simulate(case)
+    contacts, power = result.contacts.values, result.output.values["impact_power"]
+    mass = 1.0 / (1.0 / 0.4 + 0.5 * 0.06**2 / 1e-3)
+    each = 0.5 * mass * contacts["rms_impact_speed"][0] ** 2
+    assert contacts["impacts_per_second"][0] > 100.0
+    assert power == pytest.approx(each * contacts["impacts_per_second"][0], rel=1e-9)
+
+
 def test_output__members_and_files(tmp_path: Any) -> None:
     """Of an ensemble means and standard deviations over the members; a file gives the numbers of the result."""
     result = gp.simulate("han2021", duration=0.5, ensemble=3)

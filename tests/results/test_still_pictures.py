@@ -96,3 +96,18 @@ def test_overview_of_a_bearing__shows_the_load_of_its_elements_not_a_constant() 
     titles = [ax.get_title(loc="left") for ax in figure.axes]
     assert any("largest load of an element of the bearing" in title for title in titles)
     assert not any("cage" in title for title in titles)
+
+
+def test_overview_of_a_file_without_accelerations__shows_the_torque_of_its_coupling() -> None:
+    case = {
+        "rotors": {
+            "motor": {"mass": 1.0, "inertia": 1e-3, "initial": {"omega": 5.0}},
+            "fan": {"mass": 1.0, "inertia": 2e-3},
+        },
+        "couplings": [{"between": ["motor", "fan"], "torsional_stiffness": 50.0}],
+        "run": {"duration": 0.05, "sampling": "5 kHz"},
+    }
+    result = gp.simulate(case, signals=["omega", "coupling_torque"])
+    figure = overview_figure(result, time_window(result, None))
+    titles = [ax.get_title(loc="left") for ax in figure.axes]
+    assert sum("motor-fan: torque of the coupling" in title for title in titles) == 3

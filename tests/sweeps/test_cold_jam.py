@@ -1,5 +1,6 @@
 """Does it jam in the cold: lines of jamming in a map over temperature, of a train with many meshes."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -74,3 +75,25 @@ def test_lines__of_all_meshes_ask_for_each_case_once(sweep: Sweep, monkeypatch: 
     assert first < 2 * jam.THERMAL_POINTS * jam.NODES + 4 * len(lines) + 1
     jam_lines(sweep, across, up, {})
     assert len(asked) == first
+
+
+def test_lines__over_the_clearance_of_a_sets_pins() -> None:
+    """2 sin(alpha) c = b of every mesh of the set, c the clearance of its pins: a field of a planetary table."""
+    case = gp.load_case("planetary-reducer")
+    (name,) = case.planetary
+    axes = [
+        {
+            "name": "x",
+            "path": f"planetary.{name}.pin.radial_clearance",
+            "low": 2e-5,
+            "high": 4e-4,
+            "count": 3,
+        },
+        {"name": "y", "path": f"planetary.{name}.backlash", "low": 2e-5, "high": 2e-4, "count": 3},
+    ]
+    sweep = Sweep(make_plan(case, axes, [{"kind": "jam", "name": "jam", "mesh": case.meshes[0].label}]))
+    lines = jam_lines(sweep, ("x", 2e-5, 4e-4), ("y", 2e-5, 2e-4), {})
+    assert [line.mesh for line in lines] == [mesh.label for mesh in case.meshes]
+    for line in lines:
+        assert line.sides == (1, -1)
+        np.testing.assert_allclose(line.up, 2.0 * math.sin(math.radians(20.0)) * line.across, rtol=1e-8)

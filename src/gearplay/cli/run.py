@@ -224,7 +224,9 @@ def _contact_lines(d: dict[str, Any]) -> list[str]:
         c = closed[label]
         speed, force = ("mrad/s", "N m") if "angular" in c else ("mm/s", "N")
         lines.append(
-            f"{label:<{wide}}{100 * c['share_of_time']:>14.2f} %{c['impacts_per_second']:>8.1f} 1/s"
+            f"{label:<{wide}}"
+            + f"{significant(100 * c['share_of_time'])} %".rjust(16)
+            + f"{significant(c['impacts_per_second'])} 1/s".rjust(12)
             + " "
             + f"{significant(1e3 * c['mean_impact_speed'])} {speed}".rjust(13)
             + " "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -129,8 +130,11 @@ class Members:
 
         ``planet`` and ``carrier`` are displacements [m], shape [2, time], ``turn`` the carrier's rotation [rad].
         """
-        table = self.case.planetary[self.name]
-        phi, A = float(self.directions[k]), table.distance
+        table, centres = self.case.planetary[self.name], geometry.centres(self.case.operating)
+        phi, A = (
+            float(self.directions[k]),
+            math.dist(centres[self.planets[k]], centres[f"{self.name}.carrier"]),
+        )
         place = A * np.array([np.cos(phi), np.sin(phi)])
         away = planet - carrier + place[:, None]
         out = np.array([np.cos(turn + phi), np.sin(turn + phi)])
@@ -266,6 +270,6 @@ def _dataset(members: Members, values: dict[str, Any], axes: dict[str, Any], *, 
         for name, (dims, unit, words) in COLUMNS.items()
         if name in every
     }
-    clearance = geometry.clearance_of(members.case, members.planets[0]) or 0.0
+    clearance = geometry.clearance_of(members.case.operating, members.planets[0]) or 0.0
     attributes = provenance(members.case, set=members.name, of=kind, pin_clearance=clearance)
     return xr.Dataset(variables, coords={**coordinates, **axes}, attrs=attributes)

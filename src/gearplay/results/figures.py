@@ -279,7 +279,8 @@ def overview_figure(result: "Result", window: Window) -> Any:
     free.sort(key=lambda name: name != shaft.rotor)
     rotor = free[0] if free else shaft.rotor
     mesh = next((each for each in case.meshes if rotor in each.rotors), None) or next(iter(case.meshes), None)
-    signals = [("ax", rotor), ("coupling_torque", ""), ("omega", rotor), held[0]]
+    couplings = (each for each in held if each[0] == "coupling_torque")
+    signals = [("ax", rotor), *couplings, ("omega", rotor), held[0]]
     fast = next(each for each in signals if each in held)
     flanks = ("drive_force", "back_force", "backlash")
     result.runs[0].compute([fast, *((signal, mesh.label) for signal in flanks if mesh is not None)])

@@ -276,13 +276,20 @@ def _rattle(case: Case, contacts: ContactTable) -> tuple[Floats, Floats]:
     """Return impacts per second [1/s] and their kinetic energy per second [W] of all contacts, shape [1] each.
 
     The energy of an impact is m v^2 / 2 with the approach speed v and the effective mass 1/m = sum n^2/M + r^2/J of both bodies
-    along the line of action; bodies whose motion is prescribed or held have none.
+    along the line of action, of a carrier with the mean of r^2 over all directions at its pin, half the square of the arm;
+    bodies whose motion is prescribed or held have none.
     """
     free_mass = {n: 0.0 if geometry.is_held(case, n) else 1.0 / r.mass for n, r in case.rotors.items()}
     free_inertia = {n: 0.0 if r.is_prescribed else 1.0 / r.inertia for n, r in case.rotors.items()}
     mobility: dict[str, float] = {}
-    for name, sleeve in case.sleeves.items():
-        mobility[name] = free_mass[name] + (0.0 if sleeve.on is None else free_mass[sleeve.on])
+    centres = geometry.centres(case)
+    for _, name, part in case.every_holder():
+        both = free_mass[name]
+        if part.on is not None:
+            arm = math.dist(centres[name], centres[part.on])
+            both += free_mass[part.on] + 0.5 * arm**2 * free_inertia[part.on]
+        elements = (label for label in contacts.labels if label.startswith(f"{name}:element"))
+        mobility |= dict.fromkeys((name, *elements), both)
     for j, mesh in enumerate(case.meshes):
         pairs = zip((mesh.driver, mesh.driven), geometry.base_radii(case, j), strict=True)
         bodies = [(geometry.rotor_of(case, name), radius) for name, radius in pairs]

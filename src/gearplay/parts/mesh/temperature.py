@@ -13,6 +13,7 @@ from gearplay.parts.mesh.schema import Mesh
 from gearplay.parts.mesh.train import geometry
 from gearplay.schema.finding import Finding, micrometres
 from gearplay.schema.units import ICE
+from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError
 
 if TYPE_CHECKING:
     from gearplay.parts.mesh.train.train import Train
@@ -88,7 +89,10 @@ def _left(case: "Train", temperature: float, j: int, hot: "Train") -> Left:
 def temperature_findings(case: "Train") -> Iterator[Finding]:
     """Yield the remaining backlash at both ends of ``environment.temperature_range``, a warning if there is none, and a verdict.
 
-    Equal meshes are one finding. The verdict on jamming, the last, also covers the temperature of the case.
+    Equal meshes are one finding. The verdict on jamming, the last, also covers the temperature of the case. An end at which
+    a journal or a rolling bearing is jammed is a warning of its own, and is left out of the others.
+
+    Raises `InputError` where an expansion is needed that is not given.
     """
     environment = case.environment
     if environment is None or not case.meshes:
@@ -96,10 +100,18 @@ def temperature_findings(case: "Train") -> Iterator[Finding]:
     if environment.temperature_range is None and case.operating is case:  # nothing changes
         return
     temperatures = dict.fromkeys([*(environment.temperature_range or ()), environment.temperature])
-    hot = {each: case.at_temperature(each) for each in temperatures}
-    found = [[_left(case, each, j, hot[each]) for each in temperatures] for j in range(len(case.meshes))]
+    hot = {}
+    for each in temperatures:
+        try:
+            hot[each] = case.at_temperature(each)
+        except InputError as error:
+            if any(fault.value == NO_VALUE for fault in error.faults):
+                raise
+            yield from (_seized(fault, each) for fault in error.faults)
+    found = [[_left(case, each, j, hot[each]) for each in hot] for j in range(len(case.meshes))]
     if environment.temperature_range is not None:
-        yield from _of_meshes(case, [each[:2] for each in found])
+        ends = len(hot.keys() & set(environment.temperature_range))
+        yield from _of_meshes(case, [each[:ends] for each in found] if ends else [])
     yield _verdict(case, [each for at in found for each in at])
 
 
@@ -107,6 +119,11 @@ def _takers(case: "Train", j: int) -> str:
     """Return what takes backlash of a mesh beside the temperature as text; empty for nothing."""
     allowed = ["allowances"] if backlash_range(case, j) is not None else []
     return " and ".join(allowed + (["runouts"] if runout_loss(case, j) != 0.0 else []))
+
+
+def _seized(fault: Fault, temperature: float) -> Finding:
+    rule = fault.rule.replace(" at temperature", "")
+    return Finding("warning", fault.path, f"at {_degrees(temperature)} it {rule}. {fault.cure}.")
 
 
 def _of_meshes(case: "Train", found: list[list[Left]]) -> Iterator[Finding]:

@@ -34,6 +34,7 @@ RECORD = np.dtype(
         ("bush", "i8"),  # rotor, -1 for the ground
         ("bed", "i8"),
         ("line", "i8"),  # law of a line contact, 0 for none
+        ("is_bush", "i8"),  # 1 where the rotor is the bush and its carrier or the ground the journal, else 0
     ],
     align=True,
 )

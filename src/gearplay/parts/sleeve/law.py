@@ -66,6 +66,16 @@ def mounts(records: Any) -> list[Mount]:
 
 
 @compiled_inline
+def contact_arm(sleeve: Any, length: float) -> float:
+    """Return the lever arm along u [m] of the contact, on the journal's surface, about the rotor's centre.
+
+    The arm about the centre of the other side is longer by ``length`` = |e|: R and R + |e| of a journal in a bush, -(R + |e|)
+    and -R of a bush around a journal. Friction acts at one point, so that angular momentum is kept.
+    """
+    return -(sleeve.shaft_radius + length) if sleeve.is_bush == 1 else sleeve.shaft_radius
+
+
+@compiled_inline
 def sleeve_geometry(system: System, n: int, t: float, y: Floats, out: Floats) -> None:
     """Fill ``out`` with the kinematics of sleeve n at state y.
 
@@ -79,16 +89,11 @@ def sleeve_geometry(system: System, n: int, t: float, y: Floats, out: Floats) ->
     out[DELTA] = length - sleeve.clearance
     out[DELTA_RATE] = v_x * u_x + v_y * u_y
     out[U_X], out[U_Y] = u_x, u_y
-    spin = spin_of(system, j, y)
-    out[SLIDING] = (
-        -v_x * u_y
-        + v_y * u_x
-        + spin * sleeve.shaft_radius
-        - bush_spin * (sleeve.shaft_radius + sleeve.clearance)
-    )
     out[ARM_X], out[ARM_Y] = arm_x, arm_y
     out[V_X], out[V_Y] = v_x, v_y
     out[ACROSS] = -v_x * u_y + v_y * u_x
+    arm = contact_arm(sleeve, length)
+    out[SLIDING] = out[ACROSS] + spin_of(system, j, y) * arm - bush_spin * (arm + length)
 
 
 @compiled_inline
@@ -144,11 +149,10 @@ def apply_forces(
     if branch.modes[k] != LOADED and sleeve.damping == 0.0:
         return beyond_law(system, n, loads)
     f_x, f_y = loads.contacts[k, FORCE_X], loads.contacts[k, FORCE_Y]
-    b = sleeve.bush
-    reaction = -(out[ARM_X] * f_y - out[ARM_Y] * f_x)
-    add_pair(force, sleeve.journal, b, f_x, f_y, sleeve.shaft_radius * tangential, reaction)
-    if b >= 0:
-        force[b, 2] -= (sleeve.shaft_radius + sleeve.clearance) * tangential
+    b, length = sleeve.bush, out[DELTA] + sleeve.clearance
+    arm = contact_arm(sleeve, length)
+    reaction = -(out[ARM_X] * f_y - out[ARM_Y] * f_x) - (arm + length) * tangential
+    add_pair(force, sleeve.journal, b, f_x, f_y, arm * tangential, reaction)
     return beyond_law(system, n, loads)
 
 
@@ -188,10 +192,11 @@ def stay_open(
     return STAYS_OPEN, best
 
 
-# Columns of a sleeve's row of slopes: geometry, force and its derivatives by penetration, rate and stored speed; friction.
-S_U_X, S_U_Y, INV_L, V_U, V_N, S_ARM_X, S_ARM_Y, SPIN = range(8)
-N, N_D, N_R, N_V, DRAG, DRAG_N, DRAG_S, F_X, F_Y = range(8, 17)
-SLOPES = 17
+# Columns of a sleeve's row of slopes: geometry, contact arms about both centres, spins of the rotor and its carrier; force and
+# its derivatives by penetration, rate and stored speed; friction.
+S_U_X, S_U_Y, INV_L, V_U, V_N, S_ARM_X, S_ARM_Y, LEVER, OTHER_LEVER, OWN_SPIN, SPIN = range(11)
+N, N_D, N_R, N_V, DRAG, DRAG_N, DRAG_S, F_X, F_Y = range(11, 20)
+SLOPES = 20
 
 
 @compiled_once
@@ -206,6 +211,8 @@ def linearise(system: System, n: int, t: float, y: Floats, branch: Branch, loads
     row[S_U_X], row[S_U_Y], row[V_U], row[V_N] = u_x, u_y, rate, out[ACROSS]
     row[INV_L] = 1.0 / length if length > 0.0 else 0.0
     row[S_ARM_X], row[S_ARM_Y], row[SPIN] = out[ARM_X], out[ARM_Y], 0.0
+    row[LEVER] = contact_arm(sleeve, length)
+    row[OTHER_LEVER], row[OWN_SPIN] = row[LEVER] + length, spin_of(system, sleeve.journal, y)
     if sleeve.bush >= 0:
         row[SPIN] = spin_of(system, sleeve.bush, y)
     for c in range(N, SLOPES):
@@ -244,10 +251,10 @@ def add_change(
     loaded = branch.modes[k] == LOADED
     if not loaded and sleeve.damping == 0.0:
         return
-    j, b, R = sleeve.journal, sleeve.bush, sleeve.shaft_radius
+    j, b = sleeve.journal, sleeve.bush
     arm_x, arm_y = row[S_ARM_X], row[S_ARM_Y]
     e_x, e_y, v_x, v_y = seat_motion_change(system, j, b, z, arm_x, arm_y, row[SPIN])
-    f_x, f_y, pull = 0.0, 0.0, 0.0
+    f_x, f_y, torque, other = 0.0, 0.0, 0.0, 0.0
     if loaded:
         u_x, u_y = row[S_U_X], row[S_U_Y]
         turn = (-e_x * u_y + e_y * u_x) * row[INV_L]
@@ -255,11 +262,17 @@ def add_change(
         rate = v_x * u_x + v_y * u_y + row[V_N] * turn
         stored = z[impact_speed_at(z, branch.impact_speeds, sleeve.impact_slot)]
         normal = row[N_D] * delta + row[N_R] * rate + row[N_V] * stored
+        pull = 0.0
         if sleeve.friction > 0.0:
-            sliding = -v_x * u_y + v_y * u_x - row[V_U] * turn + R * z[omega_of(system, j)]
+            # The arms by the length of e.
+            longer, other_longer = (-delta, 0.0) if sleeve.is_bush == 1 else (0.0, delta)
+            sliding = -v_x * u_y + v_y * u_x - row[V_U] * turn
+            sliding += row[LEVER] * z[omega_of(system, j)] + longer * row[OWN_SPIN]
             if b >= 0:
-                sliding -= (R + sleeve.clearance) * z[omega_of(system, b)]
+                sliding -= row[OTHER_LEVER] * z[omega_of(system, b)] + other_longer * row[SPIN]
             pull = row[DRAG_N] * normal + row[DRAG_S] * sliding
+            torque = row[LEVER] * pull + longer * row[DRAG]
+            other = row[OTHER_LEVER] * pull + other_longer * row[DRAG]
         # f = -N u + T n with n across u; dn = -u dswing
         f_x = -normal * u_x - pull * u_y + (row[N] * u_y - row[DRAG] * u_x) * turn
         f_y = -normal * u_y + pull * u_x - (row[N] * u_x + row[DRAG] * u_y) * turn
@@ -269,9 +282,7 @@ def add_change(
     reaction = 0.0
     if b >= 0:
         reaction = -(arm_x * f_y - arm_y * f_x - z[theta_of(b)] * (arm_y * row[F_Y] + arm_x * row[F_X]))
-    add_pair(force, j, b, f_x, f_y, R * pull, reaction)
-    if b >= 0:
-        force[b, 2] -= (R + sleeve.clearance) * pull
+    add_pair(force, j, b, f_x, f_y, torque, reaction - other)
 
 
 @compiled_once

@@ -111,7 +111,7 @@ class Sleeve(Holder):
     rotor_side: Annotated[
         Literal["journal", "bush"],
         Field(
-            description="side that the rotor is, the bush for a planet on its pin: how clearance follows temperature"
+            description="side that the rotor is, the bush for a planet on its pin: for friction, and clearance at temperature"
         ),
     ] = "journal"
     offset: Offset = (0.0, 0.0)
@@ -210,6 +210,7 @@ class Sleeve(Holder):
             else contact_laws.literal_dissipation(self.law, self.restitution)
         )
         s.friction, s.friction_speed = self.friction_coefficient, self.friction_speed
+        s.is_bush = int(self.rotor_side == "bush")
         s.journal, s.bush = packing.place(name), packing.place(self.on)
         s.misplaced_x, s.misplaced_y = self.offset
         s.offset_x, s.offset_y = (a + b for a, b in zip(packing.arm(name, self.on), self.offset, strict=True))

@@ -1,4 +1,7 @@
-"""Jam limit of a mesh in a map: 2 sin(alpha0) (sum of both radial clearances) = b0, all at temperature."""
+"""Jam limit of a mesh in a map: 2 sin(alpha0) (sum of both radial clearances) = b0, all at temperature.
+
+Radial clearances are those of sleeves and half the internal ones of rolling bearings, as in `geometry.jam_ratio`.
+"""
 
 import math
 from collections.abc import Callable, Mapping
@@ -21,6 +24,8 @@ Floats = NDArray[np.float64]
 Ends = tuple[str, float, float]
 """A varied quantity and the lowest and highest value drawn [SI or factors]; without a name there is no such axis."""
 POINTS = 400
+SEARCHED = ("radial_clearance", "internal_clearance", "backlash", "pressure_angle")
+"""Fields of planetary sets and rolling bearings on which a line depends: it is found by search."""
 THERMAL_POINTS, NODES = 25, 9
 """Points of a line at temperature, and cases along the other axis from which each is interpolated."""
 
@@ -47,7 +52,7 @@ def jam_lines(sweep: Sweep, across: Ends, up: Ends, fixed: Mapping[str, float]) 
     base, found = sweep.template.base, []
     excess: Callable[[Sweep, int, Mapping[str, Any]], Any] = jam_excess
     make = _closed_line
-    if base.environment is not None or _is_drawn(sweep):
+    if base.environment is not None or _is_drawn(sweep) or _is_of_sets(sweep):
         drawn = sweep.template.plan.design
         if drawn is not None and drawn.parameters:
             return []
@@ -78,6 +83,12 @@ def _is_drawn(sweep: Sweep) -> bool:
     )
 
 
+def _is_of_sets(sweep: Sweep) -> bool:
+    """Return whether a clearance or a backlash of planetary sets, or a clearance of rolling bearings, varies."""
+    paths = [path.split(".") for path, _, _ in sweep.template.fields]
+    return any(path[0] in ("planetary", "bearings") and path[-1] in SEARCHED for path in paths)
+
+
 def jam_excess(sweep: Sweep, j: int, values: Mapping[str, Any]) -> Any:
     """Return 2 sin(alpha0) (sum of both radial clearances) - b0 [m] of mesh j at varied values by name, numbers or arrays.
 
@@ -88,9 +99,8 @@ def jam_excess(sweep: Sweep, j: int, values: Mapping[str, Any]) -> Any:
     fields = fields_at(sweep, values)
     play: Any = 0.0
     for name in mesh.rotors:
-        if name in base.sleeves:
-            path = f"sleeves.{name}.radial_clearance"
-            play = play + fields.get(path, base.sleeves[name].radial_clearance)
+        own = geometry.clearance_of(base, name) or 0.0
+        play = play + (fields.get(f"sleeves.{name}.radial_clearance", own) if name in base.sleeves else own)
     angle = fields.get(f"meshes.{j}.pressure_angle", mesh.pressure_angle)
     return 2.0 * np.sin(angle) * play - fields.get(f"meshes.{j}.backlash", geometry.working_backlash(base, j))
 
@@ -143,10 +153,7 @@ def _excesses(sweep: Sweep, values: tuple[tuple[str, float], ...]) -> tuple[floa
         case = replace(base, fields_at(sweep, dict(values))).operating
     except InputError:
         return (math.nan,) * len(base.meshes)
-    plays = [
-        sum(case.sleeves[name].radial_clearance for name in mesh.rotors if name in case.sleeves)
-        for mesh in case.meshes
-    ]
+    plays = [sum(geometry.clearance_of(case, name) or 0.0 for name in mesh.rotors) for mesh in case.meshes]
     return tuple(
         2.0 * math.sin(geometry.pair_of(case, j).working_angle) * play - geometry.installed_backlash(case, j)
         for j, play in enumerate(plays)
