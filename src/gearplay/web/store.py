@@ -37,8 +37,13 @@ class Store:
 
     @staticmethod
     def key_of(words: dict[str, Any]) -> str:
-        """Return the name of the result of a job."""
-        text = json.dumps(words, sort_keys=True, separators=(",", ":"))
+        """Return the name of the result of a job; 1 and 1.0 are one number.
+
+        >>> Store.key_of({"a": 1}) == Store.key_of({"a": 1.0})
+        True
+        """
+        numbers = json.loads(json.dumps(words), parse_int=float)
+        text = json.dumps(numbers, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(text.encode("utf-8")).hexdigest()[:32]
 
     def save(self, key: str, frame: bytes) -> None:
