@@ -57,7 +57,11 @@ RECORD = """() => { // texts of sketches with their left and upper ends, by plot
 STROKES = """() => {
   const canvas = document.querySelector("#spectrum .sketch");
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-  const count = (r, g, b) => { let n = 0; for (let i = 0; i < data.length; i += 4) n += Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b) < 12 && data[i + 3] > 200; return n; };
+  const count = (...color) => {
+    let n = 0;
+    for (let i = 0; i < data.length; i += 4) n += data[i + 3] > 200 && color.every((each, k) => Math.abs(data[i + k] - each) < 5);
+    return n;
+  };
   return { coupled: count(0x0b, 0x5f, 0xa5), uncoupled: count(0xb4, 0x54, 0x0f) };
 }"""
 

@@ -24,7 +24,7 @@ from gearplay.web.access import Guard
 from gearplay.web.app import make_app
 from gearplay.web.controls import GROUPS, controls
 from gearplay.web.downloads import file_of
-from gearplay.web.frames import pack_frame, unpack_frame
+from gearplay.web.frames import pack_frame, read_head, unpack_frame
 from gearplay.web.jobs import limited_case
 from gearplay.web.maps import measures
 from gearplay.web.pool import Pool
@@ -106,6 +106,20 @@ def test_store__keeps_the_newest(tmp_path: Path) -> None:
     assert store.load(32 * "0") is None
     (tmp_path / f"{32 * 'a'}.frame").write_bytes(b"broken")
     assert {each["kind"] for each in store.listed()} == {"run"}
+
+
+def test_store__reads_a_result_once_for_all_lists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store, read = Store(tmp_path), []
+    monkeypatch.setattr(
+        "gearplay.web.store.read_head", lambda source: read.append(source.name) or read_head(source)
+    )
+    for n in range(3):
+        store.save(Store.key_of({"n": n}), pack_frame({"kind": "run", "title": str(n)}))
+        assert [each["title"] for each in store.listed()] == [str(k) for k in reversed(range(n + 1))]
+    assert len(read) == 3
+    store.save(Store.key_of({"n": 0}), pack_frame({"kind": "run", "title": "again"}))
+    assert [each["title"] for each in store.listed()] == ["again", "2", "1"]
+    assert len(read) == 4
 
 
 def test_store__removes_leftovers_of_a_killed_server_only(tmp_path: Path) -> None:
