@@ -93,6 +93,13 @@ def test_every_number_of_a_case_has_a_control_that_holds_it(name: str) -> None:
         assert each["group"] in GROUPS.values()
 
 
+def test_controls__velocities_of_a_held_centre_are_left_out() -> None:
+    """The pinion's centre is held, and every value but 0 refused; the ring's moves in its sleeve."""
+    paths = {each["path"] for each in controls(load_case("han2021"))}
+    assert {"rotors.ring.initial.vx", "rotors.ring.initial.vy"} <= paths
+    assert not {"rotors.pinion.initial.vx", "rotors.pinion.initial.vy"} & paths
+
+
 def test_store__keeps_the_newest(tmp_path: Path) -> None:
     store = Store(tmp_path, most=3)
     keys = [Store.key_of({"n": n}) for n in range(5)]
