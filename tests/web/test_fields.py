@@ -68,6 +68,22 @@ def test_a_value_out_of_bounds_is_refused_in_words(visit: Open, path: str, value
     assert made.runs() == runs
 
 
+CUT = """() => {
+  for (const each of document.querySelectorAll("#controls details")) each.open = true;
+  const fields = [...document.querySelectorAll("#controls input[type=number]")];
+  return fields.filter((each) => each.scrollWidth > each.clientWidth).map((each) => `${each.dataset.path} ${each.value}`);
+}"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ["two-stage-reducer", "planetary-reducer"])
+def test_fields__show_their_whole_number_and_some_are_open(visit: Open, case: str) -> None:
+    made = visit().ready()
+    made.after(lambda: made.page.select_option("#case", case))
+    assert made.page.locator("#controls > details[open] .control").count() > 0
+    assert made.page.evaluate(CUT) == []
+
+
 @pytest.mark.deep
 def test_find_narrows_the_fields(visit: Open) -> None:
     made = visit(plots=False).ready()

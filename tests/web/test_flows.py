@@ -3,7 +3,7 @@
 import pytest
 
 from serving import Visit
-from visiting import CLEARANCE, Open, field, fill, open_run, shown, slider
+from visiting import CLEARANCE, WITHOUT_AVERAGES, Open, field, fill, open_run, shown, slider
 
 
 def lengthen(made: Visit, seconds: str) -> None:
@@ -98,6 +98,31 @@ def test_reduced_motion_stands_still(visit: Open) -> None:
     assert made.page.text_content("#play") == "Play"
 
 
+@pytest.mark.slow
+def test_motion__a_paused_page_requests_no_frames(visit: Open) -> None:
+    made = visit().ready()
+    made.page.evaluate(WITHOUT_AVERAGES)
+    made.page.wait_for_timeout(300)
+    made.page.evaluate(
+        """() => {
+          const request = window.requestAnimationFrame;
+          window.frames_requested = 0;
+          window.requestAnimationFrame = (act) => { window.frames_requested += 1; return request(act); };
+        }"""
+    )
+    made.page.wait_for_timeout(300)
+    assert made.page.evaluate("window.frames_requested") == 0
+    made.page.click("#play")
+    made.until(
+        "window.frames_requested > 3 && window.gearplay.state.result && Number(document.getElementById('scrub').value) > 0"
+    )
+    made.page.click("#play")
+    made.page.wait_for_timeout(300)
+    stopped = made.page.evaluate("window.frames_requested")
+    made.page.wait_for_timeout(300)
+    assert made.page.evaluate("window.frames_requested") == stopped
+
+
 @pytest.mark.deep
 def test_the_last_of_many_moves_is_shown(visit: Open) -> None:
     made = visit().ready()
@@ -125,6 +150,28 @@ def test_axe_finds_nothing_serious(visit: Open, scheme: str) -> None:
             if each["impact"] in ("serious", "critical")
         ]
         assert serious == []
+
+
+LAPPED = """() => ["orbit", "spectrum", "backlash", "forces"].flatMap((name) => {
+  const plot = document.getElementById(name);
+  const { left, right } = plot.getBoundingClientRect();
+  const placed = (each) => each.getBoundingClientRect();
+  const boxes = (kinds) => [...plot.querySelectorAll(kinds)].map(placed).filter(({ width }) => width);
+  const apart = (a, b) => a.left >= b.right || b.left >= a.right || a.top >= b.bottom || b.top >= a.bottom;
+  const [titles, ticks] = [boxes(".ytitle, .y2title, .xtitle"), boxes(".ytick text, .y2tick text, .xtick text")];
+  const found = titles.some((title) => !ticks.every((tick) => apart(title, tick))) ? [`${name}: a title over a tick`] : [];
+  const cut = (box) => box.left < left - 1 || box.right > right + 1;
+  if ([...titles, ...ticks, ...boxes(".legendtext")].some(cut)) found.push(`${name}: cut off`);
+  if (boxes(".modebar-btn").length) found.push(`${name}: buttons over the legend`);
+  return found;
+})"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [360, 390])
+def test_phone__no_text_of_a_plot_lies_over_another(visit: Open, width: int) -> None:
+    made = visit("/", viewport={"width": width, "height": 780}, has_touch=True, is_mobile=True).ready()
+    assert made.page.evaluate(LAPPED) == []
 
 
 @pytest.mark.slow

@@ -24,7 +24,7 @@ from gearplay.web.access import Guard
 from gearplay.web.app import make_app
 from gearplay.web.controls import GROUPS, controls
 from gearplay.web.downloads import file_of
-from gearplay.web.frames import pack_frame, unpack_frame
+from gearplay.web.frames import pack_frame, read_head, unpack_frame
 from gearplay.web.jobs import limited_case
 from gearplay.web.maps import measures
 from gearplay.web.pool import Pool
@@ -93,6 +93,13 @@ def test_every_number_of_a_case_has_a_control_that_holds_it(name: str) -> None:
         assert each["group"] in GROUPS.values()
 
 
+def test_controls__velocities_of_a_held_centre_are_left_out() -> None:
+    """The pinion's centre is held, and every value but 0 refused; the ring's moves in its sleeve."""
+    paths = {each["path"] for each in controls(load_case("han2021"))}
+    assert {"rotors.ring.initial.vx", "rotors.ring.initial.vy"} <= paths
+    assert not {"rotors.pinion.initial.vx", "rotors.pinion.initial.vy"} & paths
+
+
 def test_store__keeps_the_newest(tmp_path: Path) -> None:
     store = Store(tmp_path, most=3)
     keys = [Store.key_of({"n": n}) for n in range(5)]
@@ -106,6 +113,20 @@ def test_store__keeps_the_newest(tmp_path: Path) -> None:
     assert store.load(32 * "0") is None
     (tmp_path / f"{32 * 'a'}.frame").write_bytes(b"broken")
     assert {each["kind"] for each in store.listed()} == {"run"}
+
+
+def test_store__reads_a_result_once_for_all_lists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store, read = Store(tmp_path), []
+    monkeypatch.setattr(
+        "gearplay.web.store.read_head", lambda source: read.append(source.name) or read_head(source)
+    )
+    for n in range(3):
+        store.save(Store.key_of({"n": n}), pack_frame({"kind": "run", "title": str(n)}))
+        assert [each["title"] for each in store.listed()] == [str(k) for k in reversed(range(n + 1))]
+    assert len(read) == 3
+    store.save(Store.key_of({"n": 0}), pack_frame({"kind": "run", "title": "again"}))
+    assert [each["title"] for each in store.listed()] == ["again", "2", "1"]
+    assert len(read) == 4
 
 
 def test_store__removes_leftovers_of_a_killed_server_only(tmp_path: Path) -> None:

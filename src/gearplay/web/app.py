@@ -10,24 +10,20 @@ from typing import Any
 
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
-from gearplay.model.bundled import bundled_text
-from gearplay.model.case import Case
-from gearplay.model.initial import usual_member
-from gearplay.model.pack import pack
 from gearplay.model.reading import bundled_names, load_case
 from gearplay.model.toml_files import LARGEST_FILE, parse_toml
 from gearplay.vocabulary.errors import GearplayError
 from gearplay.vocabulary.optional import load_optional
 from gearplay.vocabulary.version import VERSION
-from gearplay.web.controls import controls
+from gearplay.web.bundle import script_of
+from gearplay.web.description import bundled_description, description
 from gearplay.web.downloads import file_of
-from gearplay.web.lost_motion import suggested
-from gearplay.web.maps import measures
+from gearplay.web.first_page import FirstPage
 from gearplay.web.pool import Job, JobError, Pool, QueueFullError
 from gearplay.web.session import FULL, LARGEST_BODY, Wire
 from gearplay.web.store import Store
@@ -35,8 +31,6 @@ from gearplay.web.store import Store
 STATIC = Path(__file__).parent / "static"
 MOST_DISCARDED = 64 * LARGEST_BODY
 LARGEST_MEASUREMENT = 64 * 1024**2
-PAGE_RUN = {"duration": 0.5, "sampling": 2e4}
-LONGEST_TRANSIENT = 1.0  # s
 NO_CASE = "case: must be JSON with toml or case."
 FORMS = {"nc": "application/x-netcdf", "csv": "text/csv", "toml": "application/toml"}
 
@@ -48,17 +42,24 @@ def plotly_file() -> Path:
 
 def make_app(folder: Path, pool: Pool) -> Starlette:
     """Return the application; it starts and ends the pool, and keeps results in a folder."""
-    store = Store(folder)
+    store, first = Store(folder), FirstPage()
     plotly = plotly_file()
 
     @contextlib.asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
         await pool.start()
+        running = asyncio.create_task(first.run(pool, store))
         yield
+        running.cancel()
         await pool.close()
 
     async def page(_: Request) -> Response:
-        return FileResponse(STATIC / "index.html", headers={"cache-control": "no-cache"})
+        return HTMLResponse(await first.html(), headers={"cache-control": "no-cache"})
+
+    async def script(_: Request) -> Response:
+        return Response(
+            script_of("main"), media_type="text/javascript", headers={"cache-control": "no-cache"}
+        )
 
     async def plots(_: Request) -> Response:
         return FileResponse(plotly, media_type="text/javascript", headers={"cache-control": "max-age=86400"})
@@ -70,16 +71,16 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
         name = request.path_params["name"]
         if name not in bundled_names():
             raise RefusedError("case: there is no bundled case of this name.", 404)
-        text = bundled_text("gearplay.model", "cases", name)
-        return _described(load_case(name), source=text)
+        return JSONResponse(bundled_description(name))
 
     async def given(request: Request) -> Response:
         body = await _body(request, LARGEST_BODY, f"case: a file may have at most {LARGEST_FILE} bytes.")
         sent = _parsed(body, NO_CASE)
         if isinstance(sent.get("toml"), str):
-            return _described(load_case(parse_toml(sent["toml"], "upload")), source=sent["toml"])
+            case = load_case(parse_toml(sent["toml"], "upload"))
+            return JSONResponse(description(case, source=sent["toml"]))
         if isinstance(sent.get("case"), dict):
-            return _described(load_case(sent["case"]))
+            return JSONResponse(description(load_case(sent["case"])))
         raise RefusedError(NO_CASE)
 
     async def results(_: Request) -> Response:
@@ -132,6 +133,7 @@ def make_app(folder: Path, pool: Pool) -> Starlette:
     return Starlette(
         routes=[
             Route("/", page),
+            Route("/page.js", script),
             Route("/plotly.js", plots),
             Route("/api/about", about),
             Route("/api/cases/{name}", bundled),
@@ -213,25 +215,3 @@ def _parsed(body: bytes, rule: str) -> dict[str, Any]:
     if not isinstance(sent, dict):
         raise RefusedError(rule)
     return sent
-
-
-def _described(case: Case, *, source: str | None = None) -> Response:
-    """Return a case with its controls; one from a file, ``source``, is shortened to the limits of a page."""
-    if source is not None:
-        document = case.resolved()
-        transient = min(case.run.transient, LONGEST_TRANSIENT)
-        drawn = {"start": "drawn"} if usual_member(case) else {}
-        document["run"] |= PAGE_RUN | {"transient": transient, "ensemble": 1} | drawn
-        case = load_case(document)
-    return JSONResponse(
-        {
-            "case": case.resolved(),
-            "controls": controls(case),
-            "measures": measures(case),
-            "rotors": list(case.rotors),
-            "displacements": list(pack(case).half_backlashes),
-            "lost_motion": suggested(case),
-            "title": case.title,
-            "source": source,
-        }
-    )

@@ -13,6 +13,7 @@ from gearplay.model.field_units import measure_in
 from gearplay.model.torsional_pair import PARTS
 from gearplay.parts.environment import Material
 from gearplay.parts.mesh.schema import PlanetMesh
+from gearplay.parts.mesh.train.geometry import is_held
 from gearplay.parts.rotor.gear import Toothing
 from gearplay.schema.fields import HertzStiffness, Measure
 from gearplay.vocabulary import quantities as q
@@ -97,6 +98,8 @@ BASIC = frozenset(
     ]
 )
 """Fields that are shown first; the others of a part are folded."""
+OF_CENTRE = (".vx", ".vy")
+"""Velocities that must be 0 where a centre is held."""
 OF_MATERIAL = ("modulus", "poisson", "density")
 
 
@@ -133,7 +136,13 @@ def controls(case: Case) -> list[dict[str, Any]]:
     ('Mesh', 'pinion-ring', 'um', 100.0, 0.0)
     """
     order = list(GROUPS.values())
-    found = sorted(_walk(case, "", ""), key=lambda control: order.index(control.group))
+    held = tuple(f"rotors.{name}.initial." for name in case.rotors if is_held(case, name))
+    shown = (
+        each
+        for each in _walk(case, "", "")
+        if not (each.path.startswith(held) and each.path.endswith(OF_CENTRE))
+    )
+    found = sorted(shown, key=lambda control: order.index(control.group))
     return [asdict(replace(each, basic=each.path.rpartition(".")[2] in BASIC)) for each in found]
 
 

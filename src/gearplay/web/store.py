@@ -34,11 +34,18 @@ class Store:
             file: file.stat().st_size for file in reversed(self._newest_first())
         }  # the oldest first
         self.changing = threading.Lock()
+        self.entries: dict[Path, tuple[tuple[int, int], dict[str, Any] | None]] = {}
+        """Of each frame that was listed: its time of writing [ns] and size, and its entry, None where it is damaged."""
 
     @staticmethod
     def key_of(words: dict[str, Any]) -> str:
-        """Return the name of the result of a job."""
-        text = json.dumps(words, sort_keys=True, separators=(",", ":"))
+        """Return the name of the result of a job; 1 and 1.0 are one number.
+
+        >>> Store.key_of({"a": 1}) == Store.key_of({"a": 1.0})
+        True
+        """
+        numbers = json.loads(json.dumps(words), parse_int=float)
+        text = json.dumps(numbers, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(text.encode("utf-8")).hexdigest()[:32]
 
     def save(self, key: str, frame: bytes) -> None:
@@ -79,26 +86,27 @@ class Store:
 
     def listed(self, count: int = 30) -> list[dict[str, Any]]:
         """Return the stored results, the newest first: key, kind, title, note, time of writing [s]."""
-        found = []
+        entries = {}
         for file in self._newest_first()[:count]:
             try:
-                with file.open("rb") as source:
-                    document, _ = read_head(source)
-                    source.seek(-LENGTH, os.SEEK_END)
-                    if source.read(len(MARK)) != MARK:
-                        continue
-                written = file.stat().st_mtime
-            except (OSError, ValueError):
+                now = file.stat()
+            except OSError:  # it has just given way to a newer one
                 continue
-            if not isinstance(document, dict):
-                continue
-            found.append(
-                {
-                    "key": file.stem,
-                    "kind": document.get("kind"),
-                    "title": document.get("title"),
-                    "note": document.get("note", ""),
-                    "written": written,
-                }
-            )
-        return found
+            state, known = (now.st_mtime_ns, now.st_size), self.entries.get(file)
+            entries[file] = known if known and known[0] == state else (state, _entry(file, now.st_mtime))
+        self.entries = entries
+        return [entry for _, entry in entries.values() if entry is not None]
+
+
+def _entry(file: Path, written: float) -> dict[str, Any] | None:
+    """Return the entry of a frame in the list of results, None where it is no complete frame."""
+    try:
+        with file.open("rb") as source:
+            document, _ = read_head(source)
+            source.seek(-LENGTH, os.SEEK_END)
+            if source.read(len(MARK)) != MARK or not isinstance(document, dict):
+                return None
+    except (OSError, ValueError):
+        return None
+    named = {name: document.get(name) for name in ("kind", "title")}
+    return {"key": file.stem, **named, "note": document.get("note", ""), "written": written}

@@ -5,11 +5,9 @@ from __future__ import annotations
 import html
 import json
 import os
-import re
 import threading
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import resources
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,10 +23,9 @@ from gearplay.results.staging import Motion, motion_in, stage_of
 from gearplay.results.titles import window_words
 from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.progress import Progress
+from gearplay.web.bundle import script_of
 
 FORMS: Final = (".html", ".gif", ".mp4")
-MODULES: Final = ("colors", "gears", "strokes", "labels", "painting", "mechanism", "player")
-"""Modules of the page's script, in the order in which they need each other."""
 DIGITS: Final = 6
 """Significant digits of numbers in a page."""
 
@@ -62,7 +59,12 @@ class View:
         span = window_words((motion.start, motion.start + float(motion.frames["t"][-1])))
         words = f"{span}; clearances and small motions are drawn larger than they are"
         return render_page(
-            "gearplay.web", "player.html", title=motion.title, words=words, result=text, script=_script()
+            "gearplay.web",
+            "player.html",
+            title=motion.title,
+            words=words,
+            result=text,
+            script=script_of("player"),
         )
 
     def save(
@@ -171,10 +173,3 @@ def _numbers(values: Any) -> list[float]:
     """Return an array flat, rounded to the digits of a drawing; NaN and infinities as 0."""
     flat = np.nan_to_num(np.asarray(values, dtype=float).ravel(), posinf=0.0, neginf=0.0)
     return [float(f"{value:.{DIGITS}g}") for value in flat]
-
-
-def _script() -> str:
-    """Return the modules of the drawing concatenated, without their imports from each other."""
-    place = resources.files("gearplay.web") / "static"
-    text = "\n".join((place / f"{name}.js").read_text(encoding="utf-8") for name in MODULES)
-    return re.sub(r"^import .*;\n|^export ", "", text, flags=re.MULTILINE)

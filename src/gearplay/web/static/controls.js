@@ -2,7 +2,12 @@
 
 import { micro } from "./plotting.js";
 
-const digits = (value) => (value === 0 ? "0" : String(Number(value.toPrecision(6))));
+/** Return a number to six digits; one from a million on as 1e8, which its field is wide enough for. */
+function digits(value) {
+  const rounded = Number(value.toPrecision(6));
+  return Math.abs(rounded) < 1e6 ? String(rounded) : rounded.toExponential().replace("+", "");
+}
+
 const STEPS = 1000;
 
 function toSlider(control, value) {
@@ -77,6 +82,7 @@ export class Controls {
       }
       this.place.append(details);
     }
+    if (list.length && !this.place.querySelector(":scope > details[open]")) this.place.querySelector("details").open = true;
   }
 
   /** Return the rows of a part that are seldom changed, folded. */

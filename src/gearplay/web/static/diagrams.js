@@ -57,5 +57,5 @@ function hatching({ doubtful, few }, { x, y }) {
     }
   }
   return { ...strokes, mode: "lines", type: "scatter", hoverinfo: "skip", line: { color: "#ff5a36", width: 1.5 }, showlegend: true,
-    name: `hatched: fewer than ${few} impacts, or a spread of more than half the value: run it longer` };
+    name: "hatched: uncertain" };
 }

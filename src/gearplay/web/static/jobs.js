@@ -67,6 +67,7 @@ export function markDiagrams() {
     const words = [`${result.case.backlash_model} model, ${members > 1 ? `${members} members of ${duration} s after ${transient} s, from drawn starts; ± holds 95 %` : "one member"}`];
     if (kind === "bifurcation") words.push("a point per mesh period, carried up and down");
     if (result.not_carried?.length) words.push(`not carried everywhere: ${result.not_carried.join("; ")}`);
+    if (result.doubtful?.some((each) => each)) words.push(`hatched: fewer than ${result.few} impacts, or a spread of more than half the value, run it longer`);
     words.push("click a point to run it");
     if (failed.length) words.push(`not all was computed: ${failed.join("; ")}`);
     $(`${kind}-words`).textContent = `${words.join("; ")}.`;

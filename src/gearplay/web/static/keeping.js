@@ -27,7 +27,7 @@ function showSource(name) {
 }
 
 /** Take a case over, as the server describes it; what to show of it comes after. */
-function adopt(described, name, note = "") {
+export function adopt(described, name, note = "") {
   if (state.running) state.wire.cancel(state.running.number);
   Object.assign(state, { generation: state.generation + 1, again: false, base: described.case, controls: described.controls, source: described.source, diagrams: {}, note });
   state.changes.clear();

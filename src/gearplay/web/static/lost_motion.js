@@ -44,7 +44,7 @@ export async function drawLostMotion(result) {
     return { x: points.subarray(0, count), y: points.subarray(count), mode: "lines", name: words, line: { color: style(color), width } };
   };
   const traces = [branch("loading", "torque rises", "uncoupled", 4), branch("unloading", "torque falls", "coupled", 2),
-    { x: [-result.small, result.small], y: scaled(result.ends, ARCMIN), mode: "lines+markers", name: "lost motion, between the middles of both",
+    { x: [-result.small, result.small], y: scaled(result.ends, ARCMIN), mode: "lines+markers", name: "lost motion",
       line: { color: style("alert"), dash: "dash", width: 1 }, marker: { color: style("alert"), size: 6 } }];
   const words = { xaxis: axis(plain(`torque on ${result.at} [N m]`)), yaxis: axis("rotation [arcmin]") };
   await Plotly.react("lost_motion", traces, layout({ uirevision: `${result.key}`, ...words }), CONFIG);
@@ -57,6 +57,6 @@ async function drawTurn({ turn, at, key }) {
   if (place.hidden) { Plotly.purge(place); return; }
   const traces = [["lost_motion", "lost motion", "alert"], ["backlash", "backlash", "coupled"]].map(([name, words, color]) => (
     { x: scaled(turn.position, DEGREE), y: scaled(turn[name], ARCMIN), mode: "lines+markers", name: words, line: { color: style(color) }, marker: { size: 4 } }));
-  const words = { xaxis: axis(plain(`angle of ${at} [deg]`)), yaxis: axis("[arcmin]", { rangemode: "tozero" }) };
+  const words = { xaxis: axis(plain(`angle of ${at} [deg]`)), yaxis: axis("over a turn [arcmin]", { rangemode: "tozero" }) };
   await Plotly.react(place, traces, layout({ uirevision: `${key}`, ...words }), CONFIG);
 }

@@ -2,11 +2,11 @@
 
 import { Controls } from "./controls.js";
 import { estimate, longJob, markDiagrams, showDiagram, submit } from "./jobs.js";
-import { attempt, choose, fromLink, link, listResults, recall, save, upload } from "./keeping.js";
-import { $, requestJson, current, showTitle, state, showMessage } from "./page.js";
+import { adopt, attempt, choose, fromLink, link, listResults, recall, save, upload } from "./keeping.js";
+import { $, current, showTitle, state, showMessage } from "./page.js";
 import { plotly } from "./plotting.js";
 import { measured, overlay } from "./overlays.js";
-import { magnified, moved, redraw, redrawSpectrum, run, stage, toNextImpact } from "./runs.js";
+import { begin, magnified, moved, redraw, redrawSpectrum, run, stage, toNextImpact } from "./runs.js";
 import { Wire } from "./wire.js";
 
 const TABS = ["run", "bifurcation", "map", "lost_motion"];
@@ -124,8 +124,9 @@ setTheme(matchMedia("(prefers-color-scheme: dark)").matches);
 state.wire = new Wire((open) => {
   $("gone").hidden = open;
   $("link-state").textContent = open ? "connected" : "server gone";
+  state.upToDate &&= open;
   if (!open) return;
-  if (state.base) run();
+  if (state.base && !state.upToDate) run();
   state.kept();
   const { lost } = state;
   state.lost = null;
@@ -133,9 +134,8 @@ state.wire = new Wire((open) => {
 }, (ready) => { $("warming").hidden = ready; }, (reason) => { showMessage(reason); state.unkept = true; });
 
 setTimeout(() => { if (!$("warming").hidden) plotly().catch((error) => showMessage(error.message)); }, 1500); // while kernels compile
-await attempt(async () => {
-  for (const name of (await requestJson("/api/about")).cases) $("case").append(new Option(name, name));
-});
+const { cases, name: first, described, result } = JSON.parse($("start").textContent);
+$("case").append(...cases.map((name) => new Option(name, name)));
 let [opened, fault] = [false, ""];
 try { opened = await fromLink(); } catch (error) { fault = error.message; }
-if (!opened) await attempt(async () => { await choose("han2021"); if (fault) showMessage(fault); });
+if (!opened) { adopt(described, first); await attempt(() => begin(result)); if (fault) showMessage(fault); }

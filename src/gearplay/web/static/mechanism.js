@@ -15,16 +15,33 @@ export class Stage {
     this.place = place;
     this.onTime = onTime;
     this.panes = [];
-    this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.at = 0;
     this.speed = 0.05;
     this.magnify = 1;
     this.turning = false; // whether carriers turn, or are held
     this.look = {}; // names of the sleeve and the mesh in the close-ups
     this.last = performance.now();
+    this.inView = true;
     new ResizeObserver(() => this.draw()).observe(place);
-    const tick = (now) => { requestAnimationFrame(tick); this.step(now); };
-    requestAnimationFrame(tick);
+    new IntersectionObserver((changes) => { this.inView = changes.at(-1).isIntersecting; }).observe(place);
+    this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+  }
+
+  get playing() { return this.plays; }
+
+  /** Play or pause; a paused browser is not woken for frames. */
+  set playing(plays) {
+    const begins = plays && !this.plays;
+    this.plays = plays;
+    if (!begins) return;
+    this.last = performance.now();
+    const tick = (now) => {
+      if (!this.plays) { this.ticking = false; return; }
+      requestAnimationFrame(tick);
+      this.step(now);
+    };
+    if (!this.ticking) requestAnimationFrame(tick);
+    this.ticking = true;
   }
 
   show(result) {
@@ -74,7 +91,7 @@ export class Stage {
     if (!this.result || !this.playing || document.hidden) return;
     const length = this.span[1] - this.span[0];
     this.at = (this.at + (passed * this.speed) / Math.max(length, 1e-9)) % 1;
-    this.draw();
+    if (this.inView) this.draw();
     this.onTime();
   }
 

@@ -9,6 +9,7 @@ export const state = {
   result: null, diagrams: {}, measured: [], // what is shown, and channels of the user's own
   ofRun: false, unkept: false, generation: 0, running: null, again: false, job: null, lost: null, tab: "run",
   moved: 0, began: 0, requested: 0, whole: false, // times [ms] of the last move and run, and whether all its plots are drawn
+  upToDate: false, // whether the result that came with the page is of the case as it stands
 };
 window.gearplay = { state, latencies: [], whole: [] }; // times of runs [ms]: to the plots in view, to all of them
 

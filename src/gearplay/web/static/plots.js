@@ -1,6 +1,6 @@
 // The plots of a run: orbit, spectrum, backlash, forces and contacts; and the table of contacts.
 
-import { MODELS, axis, draw, layout, pause, plain, scaled } from "./plotting.js";
+import { MODELS, axis, draw, layout, micro, pause, plain, scaled } from "./plotting.js";
 import { style } from "./colors.js";
 
 const SIGNALS = {
@@ -144,7 +144,6 @@ function timeAxis(result) {
 
 function drawBacklash(result, { mesh }) {
   const traces = [];
-  const far = Object.values(result.models).some(({ histories }) => histories.some(({ signal, label, v }) => label === mesh && signal === "center_distance" && v[0] >= 0.1));
   const swings = (view) => view.histories.filter((each) => each.label === mesh && each.signal === "backlash").map(({ v }) => v.map((value) => value - v[0]));
   for (const model of quietLast(result, swings)) {
     for (const { signal, label, t, v } of result.models[model].histories) {
@@ -154,8 +153,12 @@ function drawBacklash(result, { mesh }) {
         legendrank: rank(model), legendgroup: model, showlegend: upper, hovertemplate: upper ? "%{y:.4g} µm at %{x:.5f} s" : "%{y:.5f} mm at %{x:.5f} s" });
     }
   }
+  const distances = traces.filter(({ yaxis }) => yaxis === "y2").map(({ y }) => y);
+  const span = Math.max(...distances.map((y) => Math.max(...y))) - Math.min(...distances.map((y) => Math.min(...y)));
+  const digits = span > 0 ? Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(span)))) : 3; // a tenth of what the distance does
+  const size = distances.length && distances[0][0].toFixed(digits).length > 7 ? 9 : 12; // px
   return draw("backlash", traces, layout({ uirevision: `${mesh}`, xaxis: timeAxis(result), yaxis: axis("backlash [µm]", { domain: [0.55, 1] }),
-    yaxis2: axis("centres [mm]", { domain: [0, 0.45], tickformat: ".4f", tickfont: { size: far ? 9 : 12 } }) }));
+    yaxis2: axis("centres [mm]", { domain: [0, 0.45], tickformat: `.${digits}f`, tickfont: { size } }) }));
 }
 
 /** Draw the forces of a sleeve or bearing and of both flanks of a mesh, and below when each was closed. Colours say the model, dashes the contact. */
@@ -218,7 +221,7 @@ export function fillOutput(list, result) {
   const made = (kind, text, model) => Object.assign(document.createElement(kind), { textContent: text, className: model && shafts.length > 1 ? `${model}-text` : "", title: model ?? "" });
   list.replaceChildren(...[...kinds].map((kind) => {
     const tile = document.createElement("div");
-    tile.append(made("dt", kind), ...shafts.map(([model, rows]) => made("dd", rows.get(kind) ?? "", model)));
+    tile.append(made("dt", kind), ...shafts.map(([model, rows]) => made("dd", micro(rows.get(kind) ?? ""), model)));
     return tile;
   }));
   const { title, note } = result.models[names(result)[0]].output;

@@ -5,11 +5,12 @@ import { sketch, unsketch } from "./sketch.js";
 
 export const MODELS = ["coupled", "uncoupled"];
 export const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d", "sendChartToCloud"],
+  displayModeBar: matchMedia("(hover: none)").matches ? false : "hover", // where nothing hovers it would lie over the legend
   toImageButtonOptions: { format: "svg", filename: "gearplay" } };
 
 // Text from a case must show as it is: plotly takes <b> and its like for formatting.
 export const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
-export const micro = (unit) => unit.replace("um", "µm").replace("degC", "°C");
+export const micro = (text) => text.replace(/\bu(?=(m|W)\b)/g, "µ").replace("degC", "°C");
 export const shownUnit = (unit) => micro(unit || "1");
 export const scaled = (array, factor, offset = 0) => Float64Array.from(array, (value) => value * factor + offset);
 
