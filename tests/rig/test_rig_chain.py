@@ -9,7 +9,7 @@ from building import Floats, Measured
 from gearplay.model.reading import load_case
 from gearplay.rig import apply_chain, measure
 from gearplay.rig.chain import internal_factor
-from gearplay.rig.instruments import filter_response, sensor_response
+from gearplay.rig.instruments import butterworth, sensor_response
 from gearplay.rig.plan import Accelerometer, Collector, Rig, load_rig
 
 QUIET = {"noise_density": 0.0}
@@ -18,7 +18,10 @@ FINE = {"bits": 32, "range": "10 V"}  # steps of 5 nV: far below anything that i
 
 def chain_response(sensor: Accelerometer, collector: Collector, frequency: Floats) -> np.ndarray:
     """Return the analytic response of sensor and filter, recorded over true acceleration, at each frequency [Hz]."""
-    return sensor_response(sensor, frequency) * filter_response(collector, frequency)
+    response = sensor_response(sensor, frequency)
+    if collector.filter == "none":
+        return response
+    return response * butterworth(collector.filter_order, collector.corner).response(frequency)
 
 
 def tones(frequencies: list[float], amplitudes: list[float], size: int, sampling: float) -> Floats:

@@ -1,7 +1,9 @@
 """Simulated conditions: cases, swing of the driven gear, lines of spectra, verdicts that depend on them."""
 
 import dataclasses
+import itertools
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from gearplay.studies.han2021.findings import findings
 from gearplay.studies.han2021.report import story
 from gearplay.studies.han2021.simulation import (
     LATER,
+    SWITCHED,
     ConditionResult,
     Settings,
     SimulatedLine,
@@ -134,6 +137,35 @@ def test_find_lines__not_the_sidebands() -> None:
     assert once.frequency == pytest.approx(60.0, abs=0.1)
     assert twice.frequency == pytest.approx(120.0, abs=0.1)
     assert twice.amplitude == pytest.approx(1.0, rel=0.1)
+
+
+def test_run_study__each_condition_as_alone() -> None:
+    """Two conditions run at a time: the same numbers as one by one, in their order, and progress that only grows."""
+    settings = Settings(members=2, duration=1.0, transient=0.1, history=0.01)
+    shown: list[tuple[float, float]] = []
+    work = Work(lambda label, done, total: shown.append((done, total)))
+    results = run_study(settings, work, names=(SWITCHED,))
+    assert [each.condition for each in results] == list(conditions())
+    variant = settings.variants[2]
+    case = condition_case(base_case(variant, settings), conditions()[3], variant.model)
+    assert results[3] == run_condition(case, conditions()[3], SWITCHED, settings, Work())
+    assert all(before < after + 1e-9 for (before, _), (after, _) in itertools.pairwise(shown))
+    assert shown[-1][0] == pytest.approx(6 * 2 * 1.1, rel=1e-12)
+    assert all(total == pytest.approx(shown[-1][0], rel=1e-12) for _, total in shown)
+
+
+def test_run_study__ends_where_it_is_stopped() -> None:
+    work = Work()
+    calls = []
+
+    def stopping(identity: Any, make: Any) -> Any:
+        calls.append(identity)
+        work.stop.set()
+        return make()
+
+    with pytest.raises(KeyboardInterrupt):
+        run_study(Settings(members=1), dataclasses.replace(work, keep=stopping))
+    assert 1 <= len(calls) <= 2
 
 
 @pytest.mark.slow

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearplay.calibration.objective import Comparison, data_of
 from gearplay.calibration.observe import FREQUENCY, Observed
@@ -13,7 +12,6 @@ from gearplay.calibration.posterior import Interval, Surrogate, sample_posterior
 from gearplay.calibration.trials import Observations, Problem, Trial, mapped
 from gearplay.vocabulary.progress import Tick
 
-Floats = NDArray[np.float64]
 TRUE_SEED = 30_000_001  # added to the plan's: members of no trial
 MARGIN = 0.02  # of the bounds that true points keep off, in the unit cube
 

@@ -1,32 +1,24 @@
 """`gearplay dataset PLAN`: labelled records for learning, resumable."""
 
-import threading
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from gearplay.cli.engines import EngineKind, Scheduler, Shard, Tls, Workers, chosen_engine
-from gearplay.cli.interrupts import CommandInterruptedError, interruptible
+from gearplay.cli.interrupts import CommandInterruptedError
+from gearplay.cli.options import Changes
 from gearplay.cli.output import Json, print_json, print_text
-from gearplay.cli.progress import progress_bar
+from gearplay.cli.progress import watched
 from gearplay.vocabulary.exit_codes import PARTLY
 
 
 def dataset(
     plan: Annotated[str, typer.Argument(help="A plan file, or a bundled plan: bearing-dents.")],
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/dataset-PLAN].")] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="PATH=VALUE",
-            help="Change the case: --set run.duration=0.2s. May be repeated.",
-        ),
-    ] = None,
+    changes: Changes = None,
     retry: Annotated[bool, typer.Option("--retry", help="Simulate failed records again.")] = False,
     engine: EngineKind = "threads",
     workers: Workers = None,
@@ -55,13 +47,10 @@ def dataset(
     folder = out if out is not None else Path("out") / f"dataset-{Path(plan).stem}"
     chosen = chosen_engine(engine, workers, scheduler, (tls_ca, tls_cert, tls_key), shard)
 
-    @contextmanager
-    def watch() -> Iterator[tuple[Any, threading.Event]]:
-        with interruptible() as stop, progress_bar(quiet=json) as report:
-            yield report, stop
-
     try:
-        ran, found = dataset_in(made, folder, chosen, overwrite=overwrite, retry=retry, watch=watch)
+        ran, found = dataset_in(
+            made, folder, chosen, overwrite=overwrite, retry=retry, watch=partial(watched, quiet=json)
+        )
     except KeyboardInterrupt:
         raise CommandInterruptedError(
             f"Interrupted. Finished records in {folder} are kept: the same command continues there."

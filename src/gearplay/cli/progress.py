@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Final
 
+from gearplay.cli.interrupts import interruptible
 from gearplay.vocabulary.errors import escape_controls
 from gearplay.vocabulary.progress import Progress as Callback
 
@@ -59,3 +61,10 @@ def progress_bar(*, quiet: bool) -> Iterator[Callback | None]:
             bar.update(task, description=label, completed=done, total=total)
 
         yield report
+
+
+@contextmanager
+def watched(*, quiet: bool) -> Iterator[tuple[Callback | None, threading.Event]]:
+    """Yield the function that shows progress, as `progress_bar` does, and the event that Ctrl-C sets."""
+    with interruptible() as stop, progress_bar(quiet=quiet) as report:
+        yield report, stop

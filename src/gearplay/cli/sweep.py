@@ -1,8 +1,6 @@
 """`gearplay sweep PLAN` and `gearplay resume FOLDER`: many cases, resumable."""
 
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from time import process_time
 from typing import Annotated, Any
@@ -10,9 +8,10 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.engines import EngineKind, Scheduler, Shard, Tls, Workers, chosen_engine
-from gearplay.cli.interrupts import CommandInterruptedError, interruptible
+from gearplay.cli.interrupts import CommandInterruptedError
+from gearplay.cli.options import Changes
 from gearplay.cli.output import Json, pictures_in, print_json, print_text
-from gearplay.cli.progress import progress_bar
+from gearplay.cli.progress import watched
 from gearplay.vocabulary.errors import InputError
 from gearplay.vocabulary.exit_codes import PARTLY
 
@@ -27,14 +26,7 @@ def sweep(
         ),
     ],
     out: Annotated[Path | None, typer.Option("--out", help="Folder [default: out/sweep-PLAN].")] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="PATH=VALUE",
-            help="Change the base case: --set run.duration=0.2s. May be repeated.",
-        ),
-    ] = None,
+    changes: Changes = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Estimate the number of cases, time and size; write nothing.")
     ] = False,
@@ -103,13 +95,10 @@ def _run(made: Any, folder: Path, engine: Any, *, json: bool, zarr: bool, **opti
     from gearplay.sweeps.sweep import sweep_in
     from gearplay.sweeps.tolerances.page import PAGE
 
-    @contextmanager
-    def watch() -> Iterator[tuple[Any, threading.Event]]:
-        with interruptible() as stop, progress_bar(quiet=json) as report:
-            yield report, stop
-
     try:
-        found = sweep_in(made, folder, engine, report=True, zarr=zarr, watch=watch, **options)
+        found = sweep_in(
+            made, folder, engine, report=True, zarr=zarr, watch=partial(watched, quiet=json), **options
+        )
     except KeyboardInterrupt:
         raise CommandInterruptedError(
             f"Interrupted. The result in {folder} is as it was; the same command goes on with the new one."

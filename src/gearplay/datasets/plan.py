@@ -14,7 +14,6 @@ from gearplay.sweeps.plans.plan import Axis, Carry, Changes
 
 MOST_RECORDS = 10_000_000
 """Most records of one plan."""
-STAGES = ("recorded", "voltage", "counts", "acceleration")
 OWN = frozenset(("record", "path", "label", "split", "group", "machine", "member", "status", "reason"))
 """Columns that every table of labels has."""
 Share = Annotated[float, Measure(None, "share of the groups", ge=0.0, le=1.0)]

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gearplay.hysteresis.balance_path import Train
 from gearplay.hysteresis.cycle import lost_motion_of
 from gearplay.model.case import Case
@@ -20,8 +17,6 @@ from gearplay.sweeps.cases.draws import check_draws, draw, sample_size
 from gearplay.sweeps.plans.design import Design, Random
 from gearplay.sweeps.plans.reading import load_sweep
 from gearplay.vocabulary.errors import InputError, ResourceError
-
-Floats = NDArray[np.float64]
 
 SPREAD = 0.2
 """Part of each clearance by which it is drawn, either way, where no tolerances are given."""

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearplay.hysteresis.balance_path import Train
 from gearplay.hysteresis.clearances import design_of, drawn_cases
@@ -27,7 +26,6 @@ from gearplay.vocabulary.errors import NO_VALUE, InputError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
 
 QUANTITIES = {
     "inertia": ("kg m^2", "inertia behind the spring, seen at the output"),

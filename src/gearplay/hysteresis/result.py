@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearplay.hysteresis.cycle import ARCMIN, SMALL, Curve, Numbers
 from gearplay.results.base import OfDataset
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
 
 STAGE_NAMES = ("K1", "K2", "K3")
 OVERLAP = 1.02

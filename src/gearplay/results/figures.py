@@ -5,7 +5,6 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES
@@ -39,7 +38,6 @@ from gearplay.vocabulary.errors import InputError
 if TYPE_CHECKING:
     from gearplay.results.result import Result
 
-Floats = NDArray[np.float64]
 Window = tuple[float, float]
 PERIODS = 10.0
 """Mesh periods of a close-up."""

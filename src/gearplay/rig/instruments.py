@@ -89,17 +89,6 @@ def butterworth(order: int, corner: float) -> Modes:
     return Modes(tuple(kept), tuple(residues))
 
 
-def filter_response(collector: Collector, frequency: Floats) -> Complex:
-    """Return the analytic response of the anti-alias filter at each frequency [Hz], shape [frequency]; 1 without a filter.
-
-    >>> bool(np.allclose(filter_response(Collector(filter="none"), np.array([1.0, 1e6])), 1.0))
-    True
-    """
-    if collector.filter == "none":
-        return np.ones(np.shape(frequency), dtype=np.complex128)
-    return butterworth(collector.filter_order, collector.corner).response(frequency)
-
-
 def keep_back_aliases(collector: Collector, voltage: Floats, sampling: float) -> Floats:
     """Return the voltage behind the anti-alias filter, shape [time], at the same rate [Hz]."""
     if collector.filter == "none":

@@ -17,8 +17,6 @@ from gearplay.solver.trajectory import Column, choose_columns
 from gearplay.vocabulary.errors import Fault, InputError
 from gearplay.vocabulary.suggestions import did_you_mean, nearest
 
-Floats = NDArray[np.float64]
-
 _ENDINGS: Final = ("drive.torque", "load.torque", "drive.speed", "drive.angle")
 _WORDS: Final = {
     "drive.torque": ("N m", "torque of the drive, counter-clockwise positive"),

@@ -35,13 +35,8 @@ def flexibility(pinion: DrawnGear, wheel: DrawnGear) -> float:
     return q + 0.00529 * x * x + 0.00182 * y * y
 
 
-def theoretical_stiffness(pinion: DrawnGear, wheel: DrawnGear) -> float:
-    """Return c'_th = 1/q' [N/(mm um)] of a pair of teeth."""
-    return 1.0 / flexibility(pinion, wheel)
-
-
 def single_stiffness(pinion: DrawnGear, wheel: DrawnGear) -> float:
-    """Return c' = c'_th C_M C_B cos beta [N/(mm um)], the maximum stiffness of one pair of teeth, for loads above 100 N/mm.
+    """Return c' = C_M C_B cos beta / q' [N/(mm um)], the maximum stiffness of one pair of teeth, for loads above 100 N/mm.
 
     C_B = (1 + 0.5 (1.2 - h_fP/m_n)) (1 - 0.02 (20 deg - alpha_n)), its first factor the mean of both gears.
     """

@@ -19,9 +19,6 @@ from gearplay.toothing.gear import DrawnGear
 
 Floats = NDArray[np.float64]
 
-FINEST: Final = 1
-COARSEST: Final = 11
-"""Classes of ISO 1328-1:2013."""
 FEWEST_TEETH: Final = 5
 """Least number of teeth of the standard."""
 LEAST: Final = 0.5

@@ -13,8 +13,6 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-
 
 def pack_frame(document: dict[str, Any]) -> bytes:
     """Return a document with arrays, anywhere in it, as one frame.

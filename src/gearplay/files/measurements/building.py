@@ -17,8 +17,6 @@ from gearplay.files.record import Channel, Record
 from gearplay.vocabulary.errors import Fault, InputError, escape_controls, shorten
 from gearplay.vocabulary.suggestions import listed
 
-Floats = NDArray[np.float64]
-
 _NAME_AND_UNIT = re.compile(r"\s*(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*", re.DOTALL)
 
 

@@ -24,6 +24,7 @@ STYLE: Any = {
     "axes.axisbelow": True, "lines.linewidth": 0.9, "lines.markersize": 4.0, "errorbar.capsize": 2.0,
 }  # fmt: skip
 HOLLOW: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": TEST, "markerfacecolor": "none"}
+DPI = 130
 P = ParamSpec("P")
 
 
@@ -42,7 +43,10 @@ def as_png(
             with mpl.rc_context(STYLE):
                 figure = Figure(figsize=(width, height))
                 draw(figure, figure.subplots(rows, columns, **shared), *args, **named)
-                figure.savefig(buffer, format="png", dpi=130, metadata={"Software": "gearplay"})
+                figure.set_dpi(DPI)
+                figure.get_layout_engine().execute(figure)
+                figure.set_layout_engine(None)  # laid out: `savefig` draws once, not twice
+                figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": "gearplay"})
             return buffer.getvalue()
 
         return drawn

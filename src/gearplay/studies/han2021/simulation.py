@@ -3,6 +3,7 @@
 import math
 import threading
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from typing import Any, NamedTuple
 
@@ -322,22 +323,33 @@ def run_study(
     bases = {each.name: base_case(each, settings) for each in variants}
     tasks = [(condition, variant) for condition in conditions() for variant in variants]
     span = (settings.duration + settings.transient) * settings.members
-    results = []
-    for at, (condition, variant) in enumerate(tasks):
+    done, one_at_a_time = [0.0] * len(tasks), threading.Lock()
+
+    def run(at: int) -> ConditionResult:
         if work.stop.is_set():
             raise KeyboardInterrupt
+        condition, variant = tasks[at]
         case = condition_case(bases[variant.name], condition, variant.model)
-        label = f"{condition.label}, {variant.name}"
 
-        def report(_: str, done: float, total: float, at: int = at, label: str = label) -> None:
-            work.progress(label, at * span + done, len(tasks) * span)
+        def report(_: str, now: float, total: float) -> None:
+            with one_at_a_time:
+                done[at] = now
+                work.progress(f"{condition.label}, {variant.name}", sum(done), len(tasks) * span)
 
-        def make(
-            case: gp.Case = case, condition: Condition = condition, variant: Variant = variant
-        ) -> dict[str, Any]:
+        def make() -> dict[str, Any]:
             return asdict(run_condition(case, condition, variant.name, settings, work, report))
 
         part = work.keep([case.sha256, variant.name, asdict(settings)], make)
-        results.append(ConditionResult.from_part(part))
-        work.progress(label, (at + 1) * span, len(tasks) * span)
-    return results
+        report("", span, span)
+        return ConditionResult.from_part(part)
+
+    # Two at a time: members of one use the cores on which those of the other have ended.
+    with ThreadPoolExecutor(2) as pool:
+        running = [pool.submit(run, at) for at in range(len(tasks))]
+        try:
+            return [each.result() for each in running]
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt):
+                work.stop.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
