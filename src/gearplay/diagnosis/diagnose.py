@@ -14,7 +14,8 @@ import numpy as np
 from gearplay.diagnosis.bearing_combs import PARTS, Key
 from gearplay.diagnosis.checks import Checks, checked, revised
 from gearplay.diagnosis.dataset import dataset_of
-from gearplay.diagnosis.hypotheses import Hypothesis, ranked
+from gearplay.diagnosis.evidence import Hypothesis
+from gearplay.diagnosis.hypotheses import ranked
 from gearplay.diagnosis.machine import Machine, described
 from gearplay.diagnosis.measures import Measures, measured
 from gearplay.diagnosis.named_lines import NamedLine, named_envelope, named_spectrum
@@ -235,7 +236,7 @@ def _prepared(path: str, channel: Channel, machine: Machine, speed: Any) -> tupl
         mean = float(np.mean(turned.speed)) / TWO_PI
         # Angle over mean speed: lines of the shaft are sharp, frequencies are those at the mean speed.
         taken = Channel(channel.name, turned.values, turned.samples_per_revolution * mean, channel.unit)
-        nominal, given = mean, FoundSpeed(mean, 1e-9 * mean, "measured")
+        nominal, given = mean, FoundSpeed(mean, float(np.std(turned.speed)) / TWO_PI, "measured")
     else:
         taken, given, nominal = channel, None, _nominal(path, machine, speed)
     if nominal * taken.duration < LEAST_TURNS:
