@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+import numpy as np
+
 from gearplay.diagnosis.bearing_combs import PARTS
 from gearplay.diagnosis.checks import Checks
 from gearplay.diagnosis.evidence import Hypothesis
@@ -43,6 +45,12 @@ def doubts(
         f"Whether {h.name} occurs as well cannot be told: confidence {h.confidence:.2f}." for h in further
     ]
     said = [*_speed(machine, found), *_gears(machine, found), *also, *dict.fromkeys(own), *checks.doubts]
+    if found.quantised and machine.meshes:
+        rms, unit = float(np.std(found.rest.values)), f" {found.rest.unit}".rstrip()
+        said.append(
+            f"Rattle cannot be told: what repeats with no shaft, {rms:.3g}{unit}, may be quantisation, in steps of "
+            f"{found.step:.3g}{unit}."
+        )
     if not machine.bearings:
         said.append("Bearings cannot be told: no geometry of one is given.")
     elif not found.rest.size or found.band[1] == 0.0:

@@ -28,6 +28,8 @@ OF_CAGE: Final = 1.0
 """Strength of a cage from which lines of the outer ring are taken for its multiples [decades]."""
 LEFT: Final = 0.03
 """Height of a part's comb, relative to that of a stronger part, that the latter's smeared lines and sidebands leave."""
+PARTLY: Final = 0.3
+"""Part of the evidence [decades] that a tooth and an eccentricity of one gear explain of each other, and others of rattle."""
 TOGETHER: Final = 3
 """Most causes that occur together."""
 RARE: Final = 0.5
@@ -40,7 +42,7 @@ def with_confidences(machine: Machine, found: Measures, every: list[Hypothesis])
     The weight of a cause is 10^(2 strength), of none 1; of up to `TOGETHER` causes, the strongest among them, the product of
     theirs and of `RARE` for each further one, their strengths less what the others of them explain. Causes that explain the same
     evidence, as parts of bearings whose lines coincide, exclude each other. The confidence is the weight of all sets of causes
-    that hold a cause, over that of all sets.
+    that hold a cause, over that of all sets. None is stated of a record whose rms is less than a step of its quantisation.
     """
     none = every[-1]
     doubtful = {h.name for h in every if _has_twin(machine, h, every) or on_a_turn(machine, found, h)}
@@ -52,6 +54,8 @@ def with_confidences(machine: Machine, found: Measures, every: list[Hypothesis])
         for k in others:
             weights[k] += weight
     blind = bool(machine.meshes) and not found.speed.known
+    if found.quantised and found.statistics.rms < found.step:
+        doubtful |= {h.name for h in causes}
     most = {"none": BLIND, **dict.fromkeys(BY_SPEED, ALIKE)} if blind else {"none": ABSENCE}
     best = [
         replace(h, confidence=min(ALIKE if h.name in doubtful else most.get(h.kind, CEILING), weight / total))
@@ -114,8 +118,8 @@ def _share(machine: Machine, lead: Hypothesis, h: Hypothesis, highest: float = 0
         return math.log10(1.0 + LEFT * max(lead.evidence[0].value, highest))
     if {lead.kind, h.kind} == {"tooth", "eccentric"}:
         # An event modulates too, a modulation leaves a difference.
-        return 0.5 if lead.place == h.place else 0.0
-    return 0.3 if h.kind == "rattle" else 0.0  # other impacts are shocks, too
+        return PARTLY if lead.place == h.place else 0.0
+    return PARTLY if h.kind == "rattle" else 0.0  # other impacts are shocks, too
 
 
 def _holds_lines_of(one: Hypothesis, other: Hypothesis) -> bool:

@@ -157,12 +157,12 @@ def _rattle(machine: Machine, found: Measures, healthy: Measures | None) -> list
     comb, mesh = max(combs, key=lambda pair: min(pair[0].height / COMB, pair[0].depth / DEPTH))
     at = machine.meshes.index(mesh)
     before = healthy.mesh[at] if healthy is not None else None
-    share = 1.0 if found.rest_share >= LEAST_REST else 0.0
+    share = 1.0 if found.rest_share >= LEAST_REST and not found.quantised else 0.0
     lines = Evidence(f"envelope lines at {mesh.name} of what repeats with no shaft, over chance",
                      share * comb.height, _threshold(COMB, before, "height"))  # fmt: skip
     depth = Evidence("depth of the envelope's modulation at the mesh", share * comb.depth,
                      _threshold(DEPTH, before, "depth"))  # fmt: skip
-    wave = Evidence("kurtosis of the mean mesh period, 1.5 of a sine", found.waveform,
+    wave = Evidence("kurtosis of the mean mesh period, 1.5 of a sine", 1.5 if found.quantised else found.waveform,
                     _threshold(WAVEFORM, healthy, "waveform"))  # fmt: skip
     shocks = Evidence("kurtosis of the most impulsive band, less that of noise, in every quarter of the record",
                       share * found.impulsive, _threshold(SHOCKS, healthy, "impulsive"))  # fmt: skip
