@@ -10,7 +10,7 @@ import pytest
 import gearplay as gp
 from gearplay.datasets.reading import load_dataset_plan
 from gearplay.diagnosis.checks import _weighed, revised
-from gearplay.diagnosis.hypotheses import Hypothesis
+from gearplay.diagnosis.evidence import Hypothesis
 from gearplay.diagnosis.machine import machine_of_case
 from gearplay.diagnosis.simulated_records import Simulated, at_speed, length_of, loads_of
 from gearplay.diagnosis.suspects import Suspect, suspects_of
@@ -166,7 +166,7 @@ def test_a_broken_cage__agrees_when_it_is_simulated() -> None:
 
 def test_a_cause_that_agrees_best_as_the_case__is_no_second_row() -> None:
     """A crack whose records are the further off the deeper it is: the case alone is listed, and the hypothesis is not stated."""
-    crack = Suspect("crack of a tooth", "tooth", "damage", "depth", (1e-3,), ({},))
+    crack = Suspect("crack of a tooth", "tooth", ("damage",), "depth", (1e-3,), ({},))
     rows = [
         [Simulated(0, {"level": level - 0.01}, ""), Simulated(1, {"level": level + 0.01}, "")]
         for level in (0.0, 1.0)

@@ -7,7 +7,8 @@ import pytest
 
 import gearplay as gp
 from depth import FULL
-from gearplay.diagnosis.hypotheses import HEALTHY, TOLD, Hypothesis
+from gearplay.diagnosis.evidence import Hypothesis
+from gearplay.diagnosis.hypotheses import HEALTHY, TOLD
 from gearplay.diagnosis.machine import Machine, machine_of_case
 from gearplay.diagnosis.planetary_set import PlanetarySet
 from gearplay.diagnosis.result import Diagnosis
