@@ -8,7 +8,7 @@ import numpy as np
 
 from gearplay.model.pack import pack
 from gearplay.model.variables import RESULT_VARIABLES
-from gearplay.parts.mesh.train.geometry import carrier_of
+from gearplay.parts.mesh.train.geometry import carrier_of, clearance_of
 from gearplay.pictures.canvas import SMALL, make_figure, set_title
 from gearplay.pictures.extremes import extremes
 from gearplay.pictures.style import (
@@ -167,8 +167,7 @@ def orbit_figure(result: "Result", rotors: list[str], window: Window) -> Any:
 
 def draw_orbit(ax: Any, result: "Result", rotor: str, window: Window, member: int = 0) -> None:
     """Draw the path of one centre with a title; of a carried rotor relative to its pin, in the carrier's axes."""
-    sleeve = result.case.operating.sleeves.get(rotor)
-    clearance = sleeve.radial_clearance if sleeve is not None else 0.0
+    clearance = clearance_of(result.case.operating, rotor) or 0.0
     frames = CarrierFrames(pack(result.case).system)
     x, y = orbit_of(
         result.case, frames, rotor, lambda name, label: cut(result, name, label, window, member)[1]

@@ -1,4 +1,4 @@
-"""Expected frequencies of a case: meshes, orders of planetary sets, shafts."""
+"""Expected frequencies of a case: meshes, orders of planetary sets, shafts, rolling bearings."""
 
 import math
 
@@ -10,7 +10,7 @@ MOST_HARMONICS = 12
 
 
 def spectrum_lines(case: Case) -> dict[str, float]:
-    """Return the expected lines [Hz]: mesh frequencies and their doubles, orders of planetary sets, shaft speeds.
+    """Return the expected lines [Hz]: mesh frequencies and their doubles, orders of planetary sets, shafts, rolling bearings.
 
     >>> from gearplay.model.reading import load_case
     >>> list(spectrum_lines(load_case("two-stage-reducer")))[:4]
@@ -21,7 +21,7 @@ def spectrum_lines(case: Case) -> dict[str, float]:
 
 
 def _other_lines(case: Case) -> dict[str, float]:
-    """Return the lines [Hz] of planetary sets and shafts."""
+    """Return the lines [Hz] of planetary sets, shafts and rolling bearings, of equal bearings once."""
     found: dict[str, float] = {}
     for name in case.planetary:
         orders = set_frequencies(case, name).orders()
@@ -30,6 +30,18 @@ def _other_lines(case: Case) -> dict[str, float]:
     for name, speed in zip(case.rotors, nominal_speeds(case), strict=True):
         if speed != 0.0 and ".planet" not in name:
             found[f"shaft of {name}"] = abs(float(speed)) / (2.0 * math.pi)
+    speeds = dict(zip(case.rotors, nominal_speeds(case), strict=True))
+    for name, bearing in case.bearings.items():
+        turn = abs(float(speeds[name]) - (float(speeds[bearing.on]) if bearing.on is not None else 0.0)) / (
+            2.0 * math.pi
+        )
+        lines = {
+            f"BPFO of {name}": bearing.orders.outer * turn,
+            f"BPFI of {name}": bearing.orders.inner * turn,
+        }
+        found |= {
+            line: frequency for line, frequency in lines.items() if frequency not in (0.0, *found.values())
+        }
     return found
 
 
@@ -49,7 +61,7 @@ def mesh_lines(case: Case) -> dict[str, float]:
 
 
 def line_marks(case: Case) -> dict[str, float]:
-    """Return the marked lines of a spectrum [Hz] in order of priority: mesh, planetary orders, shafts, harmonics."""
+    """Return the marked lines of a spectrum [Hz] in order of priority: mesh, planetary orders, shafts, bearings, harmonics."""
     meshes = _named_meshes(case)
     orders = range(2, MOST_HARMONICS + 1)
     harmonics = {f"{order} {name}": order * line for order in orders for name, line in meshes.items()}
