@@ -35,13 +35,10 @@ def _other_lines(case: Case) -> dict[str, float]:
         turn = abs(float(speeds[name]) - (float(speeds[bearing.on]) if bearing.on is not None else 0.0)) / (
             2.0 * math.pi
         )
-        lines = {
-            f"BPFO of {name}": bearing.orders.outer * turn,
-            f"BPFI of {name}": bearing.orders.inner * turn,
-        }
-        found |= {
-            line: frequency for line, frequency in lines.items() if frequency not in (0.0, *found.values())
-        }
+        for line, order in (("BPFO", bearing.orders.outer), ("BPFI", bearing.orders.inner)):
+            frequency = round(order * turn, 9)
+            if frequency not in (0.0, *found.values()):
+                found[f"{line} of {name}"] = frequency
     return found
 
 
