@@ -218,6 +218,11 @@ def test_parameter_that_changes_more_than_numbers_in_proportion_is_refused(tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
+def test_tuned_field_of_a_set__is_named_where_it_is_set(tmp_path: Path) -> None:
+    with pytest.raises(gp.InputError, match=r"Give planetary\.stage\.sun\.inertia"):
+        gp.export_fmu("planetary-reducer", tmp_path / "a.fmu", tune=["rotors.stage.sun.inertia"])
+
+
 def test_same_case_gives_the_same_bytes(made: Path, tmp_path: Path) -> None:
     again = gp.export_fmu(
         "two-stage-reducer",

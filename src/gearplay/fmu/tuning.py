@@ -168,9 +168,9 @@ def _value_at(case: Case, name: str) -> float:
             value = value[int(part)] if isinstance(value, (list, tuple)) else value[part]
         except (KeyError, IndexError, ValueError, TypeError):
             rule = "must be the path of a field of this case"
-            raise InputError.of(
-                "tune", name, rule, "See gearplay check, or the case file's reference"
-            ) from None
+            own = case.settable_path(name)
+            cure = f"Give {own}" if own != name else "See gearplay check, or the case file's reference"
+            raise InputError.of("tune", name, rule, cure) from None
     if isinstance(value, int) and not isinstance(value, bool):
         rule = f"must be a field that takes every value from half to twice that of the case; {value} is a whole number"
         raise InputError.of("tune", name, rule, "Export one FMU for each value of it")
