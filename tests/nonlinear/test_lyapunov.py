@@ -22,7 +22,7 @@ def period_of(frequency: float) -> float:
 @pytest.mark.slow
 def test_exponents_of_the_linear_pair_are_its_damping(measured: Any) -> None:
     case = torsional_pair(0.7, damping_ratio=0.03, mean_force=1.0, force=0.2, backlash=False)
-    found = lyapunov_exponents(case, duration=1000.0 * period_of(0.7), transient=0.0)
+    found = lyapunov_exponents(case, duration=500.0 * period_of(0.7), transient=0.0)
     error = np.max(np.abs(found.values / (0.03 * NATURAL_FREQUENCY) + 1.0))
     measured("exponents of the damped linear pair", error, "1e-2")
     assert error < 1e-2

@@ -116,7 +116,7 @@ def test_lasting__swing_excited_by_the_floor() -> None:
         "direction": "-20 deg",
         "per_member": True,
     }
-    found = pressed(24, base={"acceleration": floor})
+    found = pressed(12, base={"acceleration": floor})
     omega = 2.0 * math.pi * found.swing_frequency
     square = math.cos(math.radians(20.0)) ** 2 * DENSITY * omega**2 * MASS / (4.0 * DAMPING)
     near = np.abs(np.array(found.frequency) - found.swing_frequency) < 1.0
