@@ -67,6 +67,9 @@ def test_most_cases_at_one_end_are_said() -> None:
     values = dataset["rms"].values
     (words, *_) = conclusion_of(View(sweep, dataset))
     assert words.endswith(f"the median of the 5 cases is {np.median(values):.3g} m/s².")
+    sweep, dataset = made(plan_of(SPEED, reduce=[RMS], members=4), lambda k, v, m: v["speed"] + m)
+    (words, *_) = conclusion_of(View(sweep, dataset))
+    assert f"the median of the 20 runs is {np.sort(dataset['rms'].values.ravel())[9]:.3g} m/s²." in words
 
 
 def test_range_and_median__of_a_saltelli_design_are_of_its_independent_points() -> None:

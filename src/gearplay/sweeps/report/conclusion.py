@@ -43,17 +43,21 @@ def conclusion_of(view: View) -> list[str]:
 
 
 def range_words(view: View, name: str, values: Floats) -> str:
-    """Return the range of a number and its median as text; an end of the range instead where half of the cases are there."""
+    """Return the range of a number and its median as text; an end of the range instead where half of the runs are there.
+
+    Runs are cases where each has one member.
+    """
     unit = "" if view.unit(name) == "1" else f" {view.unit(name)}"
     words = str(view.dataset[name].attrs.get("long_name", name))
+    runs = "runs" if view.members > 1 else "cases"
     low, high, count = float(values.min()), float(values.max()), values.size
     said = f"{words[:1].upper()}{words[1:]} lies between {low:.3g} and {high:.3g}{unit}"
     for end in (low, high):
         at = int(np.count_nonzero(values == end))
         if 2 * at >= count and count > 2:
-            return f"{said}; it is {end:.3g}{unit} in {at} of the {count} cases."
+            return f"{said}; it is {end:.3g}{unit} in {at} of the {count} {runs}."
     median = np.quantile(values, 0.5, method="inverted_cdf")  # as the quantiles of a tolerance
-    return f"{said}; the median of the {count} cases is {median:.3g}{unit}."
+    return f"{said}; the median of the {count} {runs} is {median:.3g}{unit}."
 
 
 def table_of(view: View, name: str) -> tuple[Floats, tuple[str, ...], tuple[str, ...]]:
