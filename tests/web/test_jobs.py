@@ -332,6 +332,11 @@ def test_killed_server__is_reported_and_keeps_its_results(chromium: Any, tmp_pat
         made.until("!document.getElementById('gone').hidden", 3.0)
         assert "connects again" in made.page.text_content("#gone")
         assert made.page.locator("#orbit svg").count() > 0, "drawn, by plotly.js or before it came"
+        assert made.page.evaluate("document.getElementById('stale').hidden")
+        made.page.evaluate("document.querySelector('[data-slider]').dispatchEvent(new Event('input'))")
+        assert not made.page.evaluate("document.getElementById('stale').hidden"), (
+            "not of the case as it stands"
+        )
         made.page.select_option("#case", "external-pair")
         made.until("document.getElementById('message').textContent.includes('The server is gone')")
         assert made.page.input_value("#case") == "han2021"

@@ -32,7 +32,7 @@ def test_a_file_is_opened(visit: Open, tmp_path: Path) -> None:
             'title = "für"\n'.encode("latin-1"),
             "case.toml: must be UTF-8 text. Save the file as UTF-8.",
         ),
-        ("bad.toml", b"not = [a case", "upload"),
+        ("bad.toml", b"not = [a case", "bad.toml: is not valid TOML"),
         ("bad.toml", b"[rotors.a]\nmass = -1\n", "rotors.a"),
         ("bad.toml", b"", "rotors"),
         ("run.nc", b"\x89HDF", "run.nc: must be a case file"),

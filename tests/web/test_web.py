@@ -100,6 +100,14 @@ def test_controls__velocities_of_a_held_centre_are_left_out() -> None:
     assert not {"rotors.pinion.initial.vx", "rotors.pinion.initial.vy"} & paths
 
 
+@pytest.mark.parametrize("name", ["pinion-idler-ring", "cooley-parker-2012"])
+def test_controls__numbers_of_teeth_begin_at_the_least(name: str) -> None:
+    """Fields that may be absent, too: 6 teeth is the least that the schema takes."""
+    teeth = [each for each in controls(load_case(name)) if each["path"].endswith(".teeth")]
+    assert teeth
+    assert {(each["least"], each["low"], each["most"]) for each in teeth} == {(6, 6, 10_000)}
+
+
 def test_store__keeps_the_newest(tmp_path: Path) -> None:
     store = Store(tmp_path, most=3)
     keys = [Store.key_of({"n": n}) for n in range(5)]

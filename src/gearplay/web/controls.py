@@ -7,6 +7,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 from gearplay.model.case import Case
 from gearplay.model.field_units import measure_in
@@ -293,10 +294,15 @@ def _choices(annotations: tuple[Any, ...]) -> tuple[str, ...]:
 
 
 def _bounds(annotations: tuple[Any, ...]) -> tuple[float | None, float | None]:
+    """Return the least and the largest value that annotations allow, those within a union too."""
     least = most = None
     for each in annotations:
-        least = each.ge if isinstance(each, Ge) else each.gt if isinstance(each, Gt) else least
-        most = each.le if isinstance(each, Le) else each.lt if isinstance(each, Lt) else most
+        inner = tuple(each.metadata) if isinstance(each, FieldInfo) else get_args(each)
+        below, above = _bounds(inner) if inner else (None, None)
+        least = (
+            each.ge if isinstance(each, Ge) else each.gt if isinstance(each, Gt) else _either(below, least)
+        )
+        most = each.le if isinstance(each, Le) else each.lt if isinstance(each, Lt) else _either(above, most)
     return least, most  # type: ignore[return-value]
 
 

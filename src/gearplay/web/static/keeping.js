@@ -66,7 +66,9 @@ async function textOf(file) {
 export async function upload(file) {
   if (!file) return;
   if (file.size > MOST_FILE || !/\.toml$/i.test(file.name)) throw new Error(`${file.name}: must be a case file, TOML of at most 256 kB. Choose another.`);
-  adopt(await requestJson("/api/case", { toml: await textOf(file) }), file.name);
+  const toml = await textOf(file);
+  const described = await requestJson("/api/case", { toml }).catch(({ message }) => { throw new Error(message.replace(/^upload: /, `${file.name}: `)); });
+  adopt(described, file.name);
   run();
 }
 

@@ -20,7 +20,8 @@ export const models = () => ($("compare").checked ? ["coupled", "uncoupled"] : [
 export async function run() {
   const { wire } = state;
   state.upToDate = false; // until a connection that is not there yet runs it
-  if (!wire?.ready || !state.base) return;
+  if (!state.base) return;
+  if (!wire?.ready) { outdate(); return; }
   if (state.running) {
     const { running } = state;
     if (!state.again) setTimeout(() => { if (state.running === running && state.again) wire.cancel(running.number); }, state.began + LONGEST_RUN - performance.now());
