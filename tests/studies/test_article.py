@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from gearplay.parts.sleeve.amplitude import amplitude_bound as kinematic_bound
-from gearplay.studies.han2021 import article
+from gearplay.studies.han2021 import article, article_figures
 from gearplay.studies.han2021.article import AMPLITUDE, FREQUENCY, MODELS, SOURCES, best_factor, mean_error
 from gearplay.studies.han2021.findings import amplitude_bound, clearances
 
@@ -74,3 +75,12 @@ def test_radial_error__within_that_of_two_readings() -> None:
     assert [round(article.radial_error(model), 2) for model in MODELS] == [0.40, 0.38]
     low, high = article.error_of_readings()
     assert low < 16.2 < 17.1 < high
+
+
+def test_a_figure_is_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`savefig` draws a figure with a layout engine twice."""
+    drawn = []
+    draw = Figure.draw
+    monkeypatch.setattr(Figure, "draw", lambda self, renderer: drawn.append(self) or draw(self, renderer))
+    article_figures.printed_errors()
+    assert len(drawn) == 1

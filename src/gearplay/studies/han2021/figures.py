@@ -19,7 +19,7 @@ from gearplay.studies.han2021.comparison import LineDifference, ModelResult, Mod
 COUPLED, UNCOUPLED, TEST, GREY = "#0b5fa5", "#c8641b", "#222222", "#777777"
 COLORS = {"coupled": COUPLED, "uncoupled": UNCOUPLED}
 STYLE: Any = {
-    "figure.constrained_layout.use": True, "font.size": 7.5, "axes.titlesize": 8.5, "axes.titlelocation": "left",
+    "font.size": 7.5, "axes.titlesize": 8.5, "axes.titlelocation": "left",
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e4e6ea", "grid.linewidth": 0.6,
     "axes.axisbelow": True, "lines.linewidth": 0.9, "lines.markersize": 4.0, "errorbar.capsize": 2.0,
 }  # fmt: skip
@@ -41,7 +41,7 @@ def as_png(
         def drawn(*args: P.args, **named: P.kwargs) -> bytes:
             buffer = io.BytesIO()
             with mpl.rc_context(STYLE):
-                figure = Figure(figsize=(width, height))
+                figure = Figure(figsize=(width, height), layout="constrained")
                 draw(figure, figure.subplots(rows, columns, **shared), *args, **named)
                 figure.set_dpi(DPI)
                 figure.get_layout_engine().execute(figure)
