@@ -207,10 +207,18 @@ def test_a_place_that_the_case_does_not_have(sensor: dict[str, Any], says: str) 
     assert says in refusal(placements, rig, load_case("han2021"))
 
 
-def test_a_case_without_meshes_needs_a_rotor() -> None:
-    disc = {"rotors": {"disc": {"mass": 1.0, "inertia": 1.0, "floating": True}}, "run": {"duration": 1.0}}
-    assert "accelerometers.sensor.rotor: is required where the case has no mesh. Add it." in refusal(
-        placements, load_rig(), load_case(disc)
-    )
+def test_a_case_without_meshes__sensor_sits_on_the_only_rotor_that_can_move() -> None:
+    rotor = {"mass": 1.0, "inertia": 1.0, "floating": True}
+    disc = {"rotors": {"disc": rotor, "motor": rotor | {"floating": False}}, "run": {"duration": 1.0}}
+    assert placements(load_rig(), load_case(disc))["sensor"].rotor == "disc"
+    for floating in (True, False):
+        both = {
+            "rotors": {name: rotor | {"floating": floating} for name in disc["rotors"]},
+            "run": {"duration": 1.0},
+        }
+        assert (
+            "accelerometers.sensor.rotor: is required where the case has no mesh and several shafts that can move, or none. Add it."
+            in refusal(placements, load_rig(), load_case(both))
+        )
     rig = load_rig({"accelerometers": {"a": {"rotor": "disc", "angle": 0.3}}})
     assert placements(rig, load_case(disc))["a"].direction == 0.3

@@ -50,8 +50,9 @@ def _indices(machine: Machine, result: Measures) -> dict[str, float]:
     s = result.statistics
     found = {"rms": s.rms, "peak": s.peak, "kurtosis": s.kurtosis, "crest factor": s.crest_factor,
              "share that repeats with no shaft": result.rest_share,
-             "kurtosis of the most impulsive band, less that of noise": result.impulsive,
-             "kurtosis of the mean mesh period": result.waveform}  # fmt: skip
+             "kurtosis of the most impulsive band, less that of noise": result.impulsive}  # fmt: skip
+    if machine.meshes:
+        found["kurtosis of the mean mesh period"] = result.waveform
     for k, gear in result.gears.items():
         found |= {f"{name} of {machine.gears[k].name}": value for name, value in _gear_rows(gear).items()}
     for each, own in zip(machine.sets, result.sets, strict=False):

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 SHOWN = 6
 """Most hypotheses drawn."""
+HAIRLINE = 0.02
+"""Share of the largest line of a table below which an unnamed one does not widen the picture."""
 
 
 def diagnosis_drawing(ds: xr.Dataset) -> Any:
@@ -25,11 +27,16 @@ def diagnosis_drawing(ds: xr.Dataset) -> Any:
     _bars(bars, ds)
     unit = shown_unit(str(ds["spectrum"].attrs["units"]))
     _spectrum(
-        spectrum, ds["frequency"].values, ds["spectrum"].values, _marks(ds, "spectrum"), f"spectrum [{unit}]"
+        spectrum,
+        ds["frequency"].values,
+        ds["spectrum"].values,
+        _marks(ds, "spectrum"),
+        f"spectrum [{unit}]",
+        _highest(ds, "spectrum"),
     )
     low, high = ds.attrs["envelope_low"], ds.attrs["envelope_high"]
     _spectrum(envelope, ds["envelope_frequency"].values, ds["envelope"].values, _marks(ds, "envelope"),
-              f"envelope, {low:.0f} to {high:.0f} Hz [{unit}]")  # fmt: skip
+              f"envelope, {low:.0f} to {high:.0f} Hz [{unit}]", _highest(ds, "envelope"))  # fmt: skip
     set_title(figure, plain(f"{ds.attrs['title']}: {ds['hypothesis'].values[0]}"))
     return figure
 
@@ -56,10 +63,19 @@ def _marks(ds: xr.Dataset, domain: str) -> dict[str, float]:
     return found
 
 
-def _spectrum(ax: Any, frequency: Any, amplitude: Any, marks: dict[str, float], words: str) -> None:
+def _highest(ds: xr.Dataset, domain: str) -> float:
+    """Return the frequency [Hz] of the highest line of the table that is no hairline; infinity without any."""
+    own = (ds["line_domain"].values == domain) & np.isfinite(ds["line_frequency"].values)
+    frequency, amplitude = ds["line_frequency"].values[own], ds["line_amplitude"].values[own]
+    return float(np.max(frequency[amplitude >= HAIRLINE * np.max(amplitude)])) if own.any() else np.inf
+
+
+def _spectrum(
+    ax: Any, frequency: Any, amplitude: Any, marks: dict[str, float], words: str, highest: float
+) -> None:
     x, y = extremes(frequency, amplitude, MOST_POINTS // 2)
     ax.plot(x, y, color=COUPLED, linewidth=0.7)
-    top = 1.15 * max(marks.values(), default=float(frequency[-1]))
+    top = 1.15 * max(highest, *marks.values()) if marks else 1.15 * highest
     ax.set_xlim(0.0, min(float(frequency[-1]), top))
     ax.set_ylim(0.0, None)
     ax.set_xlabel("frequency [Hz]", fontsize=SMALL)

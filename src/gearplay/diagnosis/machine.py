@@ -191,22 +191,26 @@ def machine_of_case(case: Case) -> Machine:
 
     Its rolling bearings are those whose outer ring stands, and one for the planets of each set.
 
-    Raises `InputError` for a case without a mesh, or one whose gears stand.
+    Raises `InputError` for a case without a mesh or a rolling bearing, or one whose shafts stand.
     """
     from gearplay.parts.mesh.frequencies import mesh_frequencies, rolling_frame
     from gearplay.parts.mesh.train import rolling
     from gearplay.parts.mesh.train.geometry import rotor_of
     from gearplay.parts.planetary.frequencies import set_frequencies
 
-    if not case.meshes:
-        raise InputError.of("case", case.title, "must have a mesh", "Give a case with gears, or the teeth")
+    if not case.meshes and not case.bearings:
+        rule = "must have a mesh or a rolling bearing"
+        raise InputError.of("case", case.title, rule, "Give a case with either, or the teeth")
     names = list(case.rotors)
     turns = np.abs(rolling.nominal_speeds(case)) / (2.0 * math.pi)
     fixed = [j for j in range(len(case.meshes)) if rolling_frame(case, j) is None]
-    first = rotor_of(case, case.meshes[fixed[0] if fixed else 0].driver)
+    if case.meshes:
+        first = rotor_of(case, case.meshes[fixed[0] if fixed else 0].driver)
+    else:
+        first = max(case.bearings, key=lambda name: turns[names.index(name)])
     speed = float(turns[names.index(first)])
     if speed == 0.0 or not np.any(turns > 0.0):
-        rule = "must prescribe a speed, from which its gears roll"
+        rule = "must prescribe a speed, at which its shafts turn"
         raise InputError.of("case", case.title, rule, "Give a drive with a speed, or the teeth and the speed")
     turning = [
         first,

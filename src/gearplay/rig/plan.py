@@ -71,7 +71,14 @@ class Accelerometer(Part):
         Field(description="entry of the table of sensors, or own: all values given here"),
     ] = "356A02"
     rotor: (
-        Annotated[str, Field(max_length=32, description="where it sits; the mesh's driven rotor")] | None
+        Annotated[
+            str,
+            Field(
+                max_length=32,
+                description="where it sits; the mesh's driven rotor, without meshes the only one that can move",
+            ),
+        ]
+        | None
     ) = None
     mesh: Annotated[int, Field(ge=0, le=400, description="mesh whose centre line is angle 0")] = 0
     angle: Annotated[
@@ -324,6 +331,14 @@ class Placement:
     direction: float
 
 
+def _usual_rotor(case: Case, mesh: int) -> str | None:
+    """Return the driven rotor of a mesh; of a case without meshes the only one whose centre can move, if there is one."""
+    if case.meshes:
+        return case.meshes[mesh].rotors[1]
+    free = [name for name in case.rotors if not geometry.is_held(case, name)]
+    return free[0] if len(free) == 1 else None
+
+
 def placements(rig: Rig, case: Case) -> dict[str, Placement]:
     """Return where each accelerometer of a rig sits in a case.
 
@@ -355,11 +370,18 @@ def placements(rig: Rig, case: Case) -> dict[str, Placement]:
             elif given[part].on is not None:
                 rule = f"must be on the housing, not on {given[part].on}"
                 faults.append(Fault(f"{at}.paths.{k}.at", path.at, rule, "Name another"))
-        rotor = sensor.rotor or (case.meshes[sensor.mesh].rotors[1] if case.meshes else None)
+        rotor = sensor.rotor or _usual_rotor(case, sensor.mesh)
         if sensor.paths:
             rotor = ""
         if rotor is None:
-            faults.append(Fault(f"{at}.rotor", NO_VALUE, "is required where the case has no mesh", "Add it"))
+            faults.append(
+                Fault(
+                    f"{at}.rotor",
+                    NO_VALUE,
+                    "is required where the case has no mesh and several shafts that can move, or none",
+                    "Add it",
+                )
+            )
         elif rotor and rotor not in case.rotors:
             cure = did_you_mean(rotor, case.rotors, "Rotors")
             faults.append(Fault(f"{at}.rotor", rotor, "must be a rotor of the case", cure))
