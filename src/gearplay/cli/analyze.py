@@ -17,6 +17,8 @@ ENVELOPE_LINES = 8
 """Number of printed lines of an envelope."""
 LISTED = 12
 """Number of channels beyond which only names are printed."""
+LEAST_SAMPLES = 64
+"""Samples from which a speed is sought."""
 
 
 def analyze(
@@ -235,7 +237,12 @@ def _indicators(channel: Any, speed: Any, teeth: int) -> dict[str, Any]:
 
 
 def _gear_indicators(channel: Any, speed: Any, teeth: int) -> tuple[Any, str]:
-    """Return the condition indicators of a gear, and the settings of their average as text."""
+    """Return the condition indicators of a gear, and the settings of their average as text.
+
+    A given speed is sought at the mesh lines, as in a diagnosis: an average at one off by a turn in the record holds no tooth.
+    """
+    from gearplay.diagnosis.shaft_speed import speed_of_gear
+    from gearplay.signals.checks import TWO_PI, check_channel
     from gearplay.signals.indicators import gear_indicators
     from gearplay.signals.synchronous import synchronous_average
     from gearplay.vocabulary.errors import InputError
@@ -243,8 +250,13 @@ def _gear_indicators(channel: Any, speed: Any, teeth: int) -> tuple[Any, str]:
     if speed is None:
         rule = "must be given with --teeth: indicators are of the average over the turns of the gear's shaft"
         raise InputError.of("--speed", "nothing", rule, 'Write for example --speed "1500 rpm"')
-    average = synchronous_average(channel, speed)
-    return gear_indicators(average, teeth), average.caption
+    if not isinstance(speed, float):
+        average = synchronous_average(channel, speed)
+        return gear_indicators(average, teeth), average.caption
+    check_channel(channel, LEAST_SAMPLES)
+    found = speed_of_gear(channel, teeth, abs(speed) / TWO_PI)
+    average = synchronous_average(channel, TWO_PI * found.frequency)
+    return gear_indicators(average, teeth), f"{average.caption}; {found.words}"
 
 
 def _envelope_lines(channel: Any, low: float, high: float) -> dict[str, Any]:

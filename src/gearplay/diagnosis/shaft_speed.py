@@ -9,8 +9,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.diagnosis.machine import Machine
-from gearplay.results.spectra import Spectrum
+from gearplay.diagnosis.machine import Gear, Machine, Mesh, Shaft
+from gearplay.files.record import Channel
+from gearplay.results.spectra import Spectrum, amplitude_spectrum
 from gearplay.signals.lines import find_line
 
 Floats = NDArray[np.float64]
@@ -23,17 +24,29 @@ TURNS: Final = 3
 """Multiples of the turns of each shaft in the comb."""
 STANDS_OUT: Final = 8.0
 """Amplitude of a line over the median of its surroundings, from which it fixes the speed."""
+LOCATED: Final = 0.67
+"""Standard deviation of the place of a line, in lines of the spectrum, times its amplitude over the median around."""
 NO_LINE: Final = (
     f"none of the first {HARMONICS} mesh harmonics and {TURNS} multiples of a turn is {STANDS_OUT:g} times above the lines "
     "around it"
 )
+
+SOURCES: Final = {
+    "mesh": "by its mesh lines",
+    "shaft": "by the lines of its turns",
+    "measured": "as measured, with its deviation over the record",
+    "envelope": "by its turns in an envelope",
+    "nominal": f"as given, since {NO_LINE}",
+}
+"""How a speed was found, as text."""
 
 
 @dataclass(frozen=True)
 class FoundSpeed:
     """Speed of the first shaft [Hz], its standard uncertainty [Hz], and ``source``.
 
-    That is "mesh", "shaft", "measured", "envelope" (turns in an envelope, too coarse for averages over turns) or "nominal".
+    That is "mesh", "shaft", "measured", "envelope" (turns in an envelope, too coarse for averages over turns) or "nominal". Of a
+    measured one, whose sensor's uncertainty is not known, the ``uncertainty`` is the standard deviation over the record.
     """
 
     frequency: float
@@ -49,6 +62,24 @@ class FoundSpeed:
     def seen(self) -> bool:
         """Whether the record shows the speed, if only in an envelope."""
         return self.source != "nominal"
+
+    @property
+    def kind(self) -> str:
+        """What the uncertainty is, as text."""
+        return "standard deviation over the record" if self.source == "measured" else "standard uncertainty"
+
+    @property
+    def words(self) -> str:
+        """Speed and uncertainty [rpm], to two of its digits, with how they were found.
+
+        >>> FoundSpeed(29.950123, 0.00021, "shaft").words, FoundSpeed(25.0, 0.5, "envelope").words
+        ('1797.007 ± 0.013 rpm, by the lines of its turns', '1500 ± 30 rpm, by its turns in an envelope')
+        """
+        rpm, off = 60.0 * self.frequency, 60.0 * self.uncertainty
+        if off < 1e-9 * rpm:
+            return f"{rpm:.9g} rpm, {SOURCES[self.source]}"
+        places = max(0, 1 - math.floor(math.log10(off)))
+        return f"{rpm:.{places}f} ± {off:.{places}f} rpm, {SOURCES[self.source]}"
 
 
 def floor_of(power: Floats, block: int = 10, blocks: int = 11) -> Floats:
@@ -84,6 +115,15 @@ def found_speed(spectrum: Spectrum, machine: Machine, nominal: float) -> FoundSp
         if found is not None:
             return FoundSpeed(*found, source)
     return FoundSpeed(nominal, 0.02 * nominal, "nominal")
+
+
+def speed_of_gear(channel: Channel, teeth: int, nominal: float) -> FoundSpeed:
+    """Return the speed of a shaft with a gear, near a nominal one [Hz], from the lines of a signal: see `found_speed`."""
+    machine = Machine(
+        (Shaft("shaft", 1.0),), (Gear("gear", teeth, 1.0, 0),), (Mesh("mesh", float(teeth), (0,)),)
+    )
+    values = channel.values - np.mean(channel.values)
+    return found_speed(amplitude_spectrum(values, channel.sampling, unit=channel.unit), machine, nominal)
 
 
 def _best(spectrum: Spectrum, orders: Floats, beside: Floats, nominal: float) -> float:
@@ -125,5 +165,9 @@ def located(spectrum: Spectrum, orders: Floats, speed: float) -> tuple[float, fl
         return None
     w = np.array(weights)
     mean = float(np.average(values, weights=w))
-    # A line of prominence p is located to about 0.5 / p of a bin.
-    return mean, max(0.5 * spectrum.resolution / math.sqrt(float(np.sum(w))), 1e-9 * mean)
+    own = LOCATED * spectrum.resolution / math.sqrt(float(np.sum(w)))
+    # Lines further apart than that, as of a speed that drifts, raise it (Birge).
+    scatter = math.sqrt(
+        float(np.average((np.array(values) - mean) ** 2, weights=w)) / max(1, len(values) - 1)
+    )
+    return mean, max(own, scatter, 1e-9 * mean)
