@@ -13,6 +13,7 @@ from gearplay.diagnosis.bearing_combs import bearing_combs, turns_of_envelopes
 from gearplay.diagnosis.envelope_combs import BandEnvelope, Comb, band_envelopes, best_comb
 from gearplay.diagnosis.machine import Gear, Machine
 from gearplay.diagnosis.planetary_measures import SetMeasure, set_measure, tooth_pattern
+from gearplay.diagnosis.quantisation import is_quantisation
 from gearplay.diagnosis.separation import Separation, ShaftAverage, separated
 from gearplay.diagnosis.shaft_speed import FoundSpeed
 from gearplay.files.record import Channel
@@ -55,7 +56,8 @@ class Measures:
     ``mesh`` has for each mesh the comb of the envelope of ``rest``, what repeats with no shaft; ``events`` that of the gears of
     planetary sets, whose turns are not averaged; ``sets`` further measures of the sets. ``impulsive`` is the kurtosis of the most
     impulsive ``band`` [Hz] of the rest, less that of noise, in the quarter of the record where it is least; ``waveform`` that of
-    the mean mesh period; ``rest_share`` the part of the rest in the mean square.
+    the mean mesh period; ``rest_share`` the part of the rest in the mean square; ``step`` that of quantisation [unit], 0.0 where
+    the record shows none.
     """
 
     speed: FoundSpeed
@@ -70,12 +72,23 @@ class Measures:
     waveform: float
     rest_share: float
     rest: Channel
+    step: float = 0.0
+
+    @property
+    def quantised(self) -> bool:
+        """Whether what repeats with no shaft may be quantisation, whose noise follows the meshing."""
+        return is_quantisation(float(np.std(self.rest.values)), self.step)
 
 
 def measured(
-    channel: Channel, machine: Machine, speed: FoundSpeed, healthy: Measures | None = None
+    channel: Channel,
+    machine: Machine,
+    speed: FoundSpeed,
+    healthy: Measures | None = None,
+    *,
+    step: float = 0.0,
 ) -> Measures:
-    """Return the measures of a record; NA4 and NB4 are against a healthy one."""
+    """Return the measures of a record, quantised in a ``step``; NA4 and NB4 are against a healthy one."""
     f = speed.frequency
     # Without the speed nothing can be averaged over turns.
     parts = separated(channel, machine, f) if speed.known else Separation((), channel)
@@ -118,6 +131,7 @@ def measured(
         _waveform(machine, parts),
         float(np.var(parts.rest.values)) / mean if mean > 0.0 else 0.0,
         parts.rest,
+        step,
     )
 
 
