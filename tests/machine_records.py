@@ -53,8 +53,12 @@ def event_times(frequency: float, seconds: float, slip: float, rng: np.random.Ge
 def machine_record(
     condition: str, seed: int, *, severity: float = 1.0, noise: float = 0.3
 ) -> tuple[gp.Channel, float]:
-    """Return the acceleration of a machine in a condition, and its true speed [Hz], within 2 % of 25 Hz."""
-    rng = np.random.default_rng([seed, CONDITIONS.index(condition)])
+    """Return the acceleration of a machine in a condition, and its true speed [Hz], within 2 % of 25 Hz.
+
+    Conditions that occur together are joined by " + ": "inner 1 + eccentric 2".
+    """
+    together = condition.split(" + ")
+    rng = np.random.default_rng([seed, *map(CONDITIONS.index, together)])
     n = int(RATE * SECONDS)
     t = np.arange(n) / RATE
     f = 25.0 * (1.0 + rng.uniform(-0.02, 0.02))
@@ -62,49 +66,53 @@ def machine_record(
     phase = [rng.uniform(0, 2 * np.pi) for _ in range(2)]
     angle = [2 * np.pi * turns[k] * t + phase[k] for k in range(2)]
     depth = [rng.uniform(0.02, 0.07), rng.uniform(0.02, 0.07)]
-    kind, _, which = condition.partition(" ")
-    if kind == "eccentric":
-        depth[int(which) - 1] = severity * rng.uniform(0.35, 0.6)
+    kinds = [each.partition(" ")[::2] for each in together]
+    for kind, which in kinds:
+        if kind == "eccentric":
+            depth[int(which) - 1] = severity * rng.uniform(0.35, 0.6)
     swing = (1.0 + depth[0] * np.cos(angle[0])) * (1.0 + depth[1] * np.cos(angle[1]))
     mesh = TEETH[0] * angle[0]
     turn = sum(0.5 * depth[k] * np.sin(angle[k] + rng.uniform(0, 6)) for k in range(2))
     x = np.zeros(n)
     dip = np.zeros(n)
-    if kind == "tooth":
-        k = int(which) - 1
-        place = rng.uniform(0, 2 * np.pi)
-        off = (angle[k] - place + np.pi) % (2 * np.pi) - np.pi
-        dip = np.exp(-((off * TEETH[k] / (2 * np.pi)) ** 2) / (2 * 0.35**2))
+    for kind, which in kinds:
+        if kind == "tooth":
+            k = int(which) - 1
+            place = rng.uniform(0, 2 * np.pi)
+            off = (angle[k] - place + np.pi) % (2 * np.pi) - np.pi
+            dip = dip + np.exp(-((off * TEETH[k] / (2 * np.pi)) ** 2) / (2 * 0.35**2))
     for h, a in enumerate((1.0, 0.6, 0.35, 0.2, 0.1), 1):
         loss = 1.0 - 0.35 * severity * dip
         x += a * rng.uniform(0.7, 1.3) * swing * loss * np.cos(h * (mesh + 0.3 * turn - 0.25 * severity * dip)
                                                                + rng.uniform(0, 6))  # fmt: skip
     x += 0.1 * np.cos(angle[0] + 1.0) + 0.05 * np.cos(2 * angle[0]) + 0.1 * np.cos(angle[1])
-    place, decay = rng.uniform(2800, 5500), rng.uniform(500, 1200)
-    if kind == "tooth":
-        times = (np.arange(int(SECONDS * turns[k])) + (rng.random())) / turns[k]
-        heights = 0.8 * severity * (1.0 + 0.2 * rng.standard_normal(times.size))
-        x += ringing(times, heights, n, RATE, place, decay)
-    elif kind == "rattle":
-        times = (np.arange(int(SECONDS * TEETH[0] * f)) + 0.5) / (TEETH[0] * f)
-        times = times + rng.normal(0.0, 0.06, times.size) / (TEETH[0] * f)
-        x += ringing(times, severity * rng.exponential(0.8, times.size), n, RATE, place, decay)
-    elif kind in ("inner", "outer", "element", "cage"):
-        own = ORDERS[int(which) - 1]
-        shaft = turns[int(which) - 1]
-        real = 1.0 + rng.uniform(-0.01, 0.01)
-        line = (
-            {"inner": own.bpfi, "outer": own.bpfo, "element": 2 * own.bsf, "cage": own.ftf}[kind]
-            * shaft
-            * real
-        )
-        times = event_times(line, SECONDS, 0.008, rng)
-        load = {"inner": 1.0 + 0.7 * np.cos(2 * np.pi * shaft * times), "outer": np.ones(times.size),
-                "element": 1.0 + 0.7 * np.cos(2 * np.pi * own.ftf * real * shaft * times),
-                "cage": np.full(times.size, 1.5)}[kind]  # fmt: skip
-        x += ringing(
-            times, severity * 0.7 * load * (1 + 0.1 * rng.standard_normal(times.size)), n, RATE, place, decay
-        )
+    for kind, which in kinds:
+        place, decay = rng.uniform(2800, 5500), rng.uniform(500, 1200)
+        if kind == "tooth":
+            own = turns[int(which) - 1]
+            times = (np.arange(int(SECONDS * own)) + (rng.random())) / own
+            heights = 0.8 * severity * (1.0 + 0.2 * rng.standard_normal(times.size))
+            x += ringing(times, heights, n, RATE, place, decay)
+        elif kind == "rattle":
+            times = (np.arange(int(SECONDS * TEETH[0] * f)) + 0.5) / (TEETH[0] * f)
+            times = times + rng.normal(0.0, 0.06, times.size) / (TEETH[0] * f)
+            x += ringing(times, severity * rng.exponential(0.8, times.size), n, RATE, place, decay)
+        elif kind in ("inner", "outer", "element", "cage"):
+            orders = ORDERS[int(which) - 1]
+            shaft = turns[int(which) - 1]
+            real = 1.0 + rng.uniform(-0.01, 0.01)
+            order = {
+                "inner": orders.bpfi,
+                "outer": orders.bpfo,
+                "element": 2 * orders.bsf,
+                "cage": orders.ftf,
+            }
+            times = event_times(order[kind] * shaft * real, SECONDS, 0.008, rng)
+            load = {"inner": 1.0 + 0.7 * np.cos(2 * np.pi * shaft * times), "outer": np.ones(times.size),
+                    "element": 1.0 + 0.7 * np.cos(2 * np.pi * orders.ftf * real * shaft * times),
+                    "cage": np.full(times.size, 1.5)}[kind]  # fmt: skip
+            heights = severity * 0.7 * load * (1 + 0.1 * rng.standard_normal(times.size))
+            x += ringing(times, heights, n, RATE, place, decay)
     x += noise * rng.standard_normal(n)
     return gp.Channel("acc", x, RATE, "m/s^2"), f
 

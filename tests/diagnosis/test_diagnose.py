@@ -227,11 +227,13 @@ def test_a_simulated_rattle__is_named() -> None:
 def test_multiples_of_a_turn__have_its_name_where_they_are_well_apart() -> None:
     """A quiet floor with lines at twelve and seventeen turns and between two; with bins of an eighth of a turn none is named."""
     machine, turn = machine_of_teeth("23:47"), 15.0
-    speed = FoundSpeed(turn, 1e-3, "shaft")
-    for bin_width, names in (
-        (0.5, {"12 x turn of shaft 1", "17 x turn of shaft 1", "unnamed"}),
-        (2.5, {"unnamed"}),
+    named_alike = {"12 x turn of shaft 1", "17 x turn of shaft 1", "unnamed"}
+    for bin_width, source, names in (
+        (0.5, "shaft", named_alike),
+        (2.5, "shaft", {"unnamed"}),
+        (0.5, "nominal", {"unnamed"}),
     ):
+        speed = FoundSpeed(turn, 1e-3, source)
         frequency = bin_width * np.arange(2000)
         amplitude = 1e-3 * np.random.default_rng(5).rayleigh(size=frequency.size)
         for place in (12.0, 17.0, 13.4):
@@ -239,6 +241,17 @@ def test_multiples_of_a_turn__have_its_name_where_they_are_well_apart() -> None:
         for named in (named_envelope, named_spectrum):
             found = named(frequency, amplitude, machine, speed)
             assert {line.name for line in found if line.amplitude == 1.0} == names
+
+
+def test_peaks_near_a_multiple_of_a_turn__are_named_within_one_line_in_both_spectra() -> None:
+    machine, turn, speed = machine_of_teeth("23:47"), 15.0, FoundSpeed(15.0, 1e-3, "shaft")
+    frequency = 0.5 * np.arange(2000)
+    amplitude = 1e-3 * np.random.default_rng(5).rayleigh(size=frequency.size)
+    for place in (7.0 * turn + 0.5, 9.0 * turn + 1.0, 31.0 * turn - 0.5, 33.0 * turn - 1.0):
+        amplitude[round(place / 0.5)] = 1.0
+    for named in (named_envelope, named_spectrum):
+        found = [line.name for line in named(frequency, amplitude, machine, speed) if line.amplitude == 1.0]
+        assert sorted(found) == ["31 x turn of shaft 1", "7 x turn of shaft 1", "unnamed", "unnamed"]
 
 
 def test_machine__of_a_case_and_of_its_teeth_are_one() -> None:
@@ -355,4 +368,3 @@ def test_odd_records__end_in_an_answer(values: Any) -> None:
     found = gp.diagnose(gp.Channel("a", values, 1e4), **(PAIR | {"bearings": BEARINGS[:1]}))
     shares = [each["confidence"] for each in found.hypotheses()]
     assert all(0.0 <= share <= 1.0 for share in shares)
-    assert sum(shares) <= 1.0 + 1e-9

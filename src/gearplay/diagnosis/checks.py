@@ -12,9 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.diagnosis.comparison import AGREES, Deviation, compared
+from gearplay.diagnosis.evidence import Hypothesis
+from gearplay.diagnosis.explanations import ALIKE
 from gearplay.diagnosis.features import background, features_of
-from gearplay.diagnosis.hypotheses import ALIKE, Hypothesis
+from gearplay.diagnosis.hypotheses import stated
 from gearplay.diagnosis.machine import Machine
+from gearplay.diagnosis.pairs import pairs_of
 from gearplay.diagnosis.shaft_speed import FoundSpeed
 from gearplay.diagnosis.simulated_records import Simulated, Simulations, at_speed, length_of, loads_of
 from gearplay.diagnosis.suspects import AS_IT_IS, WORN, Suspect, suspects_of
@@ -41,7 +44,7 @@ class Check:
 
     name: str
     kind: str
-    hypothesis: str
+    hypotheses: tuple[str, ...]
     level: str
     result: Deviation
 
@@ -125,7 +128,15 @@ def checked(
         said.append(
             f"The record's unit, {record.unit or 'none'}, is no acceleration: its levels are not compared with the case."
         )
-    return _weighed(suspects, rows, members, pieces, before, [*left, *said])
+    alone = _weighed(suspects, rows, members, pieces, before, [*left, *said])
+    names = [row.name for row in alone.rows if row.hypotheses or row.kind == "rattle"]
+    nearest = sorted((s for s in suspects if s.name in names), key=lambda s: names.index(s.name))
+    pairs = pairs_of(stated(every), nearest)
+    if not pairs:
+        return alone
+    more = replace(simulations, variants=[level for each in pairs for level in each.levels])
+    rows += more.run(threads, progress, stop)
+    return _weighed([*suspects, *pairs], rows, members, pieces, before, [*left, *said])
 
 
 def revised(every: Sequence[Hypothesis], checks: Checks) -> list[Hypothesis]:
@@ -137,8 +148,12 @@ def revised(every: Sequence[Hypothesis], checks: Checks) -> list[Hypothesis]:
     if not checks.rows or checks.rows[0].result.deviation > AGREES:
         return list(every)
     alike = [row for row in checks.rows if row.result.alike]
-    supported = set() if any(row.kind == "none" for row in alike) else {row.hypothesis for row in alike}
-    doubtful = {*(row.hypothesis for row in checks.rows), *checks.absent} - supported
+    supported = (
+        set()
+        if any(row.kind == "none" for row in alike)
+        else {name for row in alike for name in row.hypotheses}
+    )
+    doubtful = {*(name for row in checks.rows for name in row.hypotheses), *checks.absent} - supported
     found = [replace(h, confidence=min(h.confidence, ALIKE)) if h.name in doubtful else h for h in every]
     return sorted(found, key=lambda h: -h.confidence)
 
@@ -186,11 +201,14 @@ def _weighed(
     failed = next((each.reason for each in rows[0] if each.features is None), "")
     if failed:
         return Checks(doubts=(*said, f"The case as it is cannot be simulated at this speed: {failed}"))
-    kept, groups, at = [Suspect(AS_IT_IS, "none", "", "", (), ())], [[rows[0]]], 1
-    said = list(said)
+    kept, groups, at = [Suspect(AS_IT_IS, "none", (), "", (), ())], [[rows[0]]], 1
+    said, places = list(said), dict[tuple[str, float], int]()
     for each in suspects:
         own = rows[at : at + len(each.levels)]
+        places |= {(each.name, size): at + k for k, size in enumerate(each.sizes) if each.beside is None}
         at += len(each.levels)
+        if each.beside is not None:  # begins where the other cause is alone
+            own = [rows[places[each.beside.name, each.beside.sizes[0]]], *own]
         reason = next((s.reason for level in own for s in level if s.features is None), "")
         if reason:
             said.append(f"{each.name} cannot be simulated: {reason}")
@@ -210,15 +228,12 @@ def _weighed(
         )
         record = record + change
     found = compared(record, causes)
-    every = sorted(
-        (
-            Check(s.name, s.kind, s.hypothesis, _level(s, d.place), d)
-            for s, d in zip(kept, found, strict=True)
-            if s.name == AS_IT_IS or d.place > 0.0
-        ),
-        key=lambda row: (row.result.deviation, row.name),
-    )
-    absent = tuple(s.hypothesis for s, d in zip(kept[1:], found[1:], strict=True) if d.place == 0.0)
+    results = [*zip(kept, found, strict=True)]
+    there = [(s, d) for s, d in results if s.name == AS_IT_IS or d.place > (1.0 if s.beside else 0.0)]
+    rows_of = [Check(s.name, s.kind, s.hypotheses, _level(s, d.place), d) for s, d in there]
+    every = sorted(rows_of, key=lambda row: (row.result.deviation, row.name))
+    every = [row for k, row in enumerate(every) if row.name not in [other.name for other in every[:k]]]
+    absent = tuple(name for s, d in results if d.place == 0.0 for name in s.hypotheses)
     spread = np.sqrt(np.mean(np.concatenate([np.var(c, axis=1, ddof=1) for c in causes]), axis=0))
     conclusion, doubt = _conclusion(every)
     return Checks(
@@ -230,9 +245,11 @@ def _level(suspect: Suspect, place: float) -> str:
     """Return the severity at a place between levels in words, empty where there is none."""
     if not suspect.sizes:
         return ""
+    if suspect.beside is not None:
+        return f"{_level(suspect.beside, 1.0)}; {_level(replace(suspect, beside=None), place - 1.0)}"
     sizes = np.log([suspect.sizes[0] / WORN[0], *suspect.sizes])
     size = math.exp(float(np.interp(place, range(sizes.size), sizes)))
-    if suspect.hypothesis and place < 1.0:  # a fault begins at nothing
+    if suspect.hypotheses and place < 1.0:  # a fault begins at nothing
         size = place * suspect.sizes[0]
     return f"{suspect.quantity} {1e6 * size:.3g} um"
 

@@ -11,12 +11,13 @@ import numpy as np
 
 from gearplay.diagnosis.checks import Checks
 from gearplay.diagnosis.doubts import doubts
-from gearplay.diagnosis.hypotheses import HEALTHY, TOLD, Hypothesis
+from gearplay.diagnosis.evidence import Hypothesis
+from gearplay.diagnosis.hypotheses import HEALTHY, TOLD, stated
 from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.measures import GearMeasure, Measures
 from gearplay.diagnosis.named_lines import NamedLine
 from gearplay.diagnosis.result import texts
-from gearplay.diagnosis.shaft_speed import NO_LINE, FoundSpeed
+from gearplay.diagnosis.shaft_speed import FoundSpeed
 from gearplay.files.record import Channel
 from gearplay.vocabulary.version import VERSION
 
@@ -27,27 +28,22 @@ if TYPE_CHECKING:
 def summary(every: Sequence[Hypothesis], found: FoundSpeed) -> str:
     """Return the conclusion as a sentence, with the speed."""
     first, second = every[0], every[1]
-    speed = f"first shaft {60.0 * found.frequency:.6g} rpm, {_sources()[found.source]}"
+    speed = f"first shaft {found.words}"
+    causes = stated(every)
     if first.kind == "none":
         return f"{HEALTHY[0].upper()}{HEALTHY[1:]} (confidence {first.confidence:.2f}); {speed}."
-    if first.confidence >= TOLD:
-        words = first.strongest
-        return (
-            f"{first.name[0].upper()}{first.name[1:]}, confidence {first.confidence:.2f}: {words.words} "
-            f"{words.value:.3g}, counting from {words.threshold:.3g}; {speed}."
-        )
+    if causes:
+        words = "; together with ".join(map(_with_evidence, causes))
+        return f"{words[0].upper()}{words[1:]}; {speed}."
     return (
         f"It cannot be told: {first.name} (confidence {first.confidence:.2f}) comes first, "
         f"{second.name} ({second.confidence:.2f}) second; {speed}."
     )
 
 
-def _sources() -> dict[str, str]:
-    return {
-        "mesh": "by its mesh lines", "shaft": "by the lines of its turns", "measured": "as measured",
-        "envelope": "by its turns in an envelope",
-        "nominal": f"as given, since {NO_LINE}",
-    }  # fmt: skip
+def _with_evidence(h: Hypothesis) -> str:
+    words = h.strongest
+    return f"{h.name}, confidence {h.confidence:.2f}: {words.words} {words.value:.3g}, counting from {words.threshold:.3g}"
 
 
 def _indices(machine: Machine, result: Measures) -> dict[str, float]:
@@ -89,7 +85,6 @@ def dataset_of(
     """Return the dataset of a diagnosis."""
     import xarray as xr
 
-    told = every[0].kind != "none" and every[0].confidence >= TOLD
     evidence = [(k, each) for k, h in enumerate(every) for each in h.evidence]
     indices, healthy = _indices(machine, result), _indices(machine, before) if before is not None else {}
     unit = channel.unit or "1"
@@ -120,7 +115,7 @@ def dataset_of(
         "index_healthy": column("index", np.array([healthy.get(name, math.nan) for name in indices]),
                                 "index of the healthy record"),
         "shaft_speed": ((), result.speed.frequency, {"units": "Hz", "long_name": "turns of the first shaft per second"}),
-        "shaft_speed_uncertainty": ((), result.speed.uncertainty, {"units": "Hz", "long_name": "its standard uncertainty"}),
+        "shaft_speed_uncertainty": ((), result.speed.uncertainty, {"units": "Hz", "long_name": f"its {result.speed.kind}"}),
         "spectrum": column("frequency", shown["spectrum"], "amplitude spectrum", unit),
         "envelope": column("envelope_frequency", shown["envelope"], "amplitude spectrum of the envelope", unit),
     }  # fmt: skip
@@ -136,9 +131,11 @@ def dataset_of(
     conclusion = " ".join(filter(None, (summary(every, result.speed), checks.conclusion)))
     attributes = {
         "title": source, "channel": channel.name, "gearplay_version": VERSION, "Conventions": "CF-1.11",
-        "summary": conclusion, "told": int(told), "stated_confidence": TOLD,
+        "summary": conclusion, "told": int(bool(stated(every))), "causes": json.dumps([h.name for h in stated(every)]),
+        "stated_confidence": TOLD,
         "cannot_be_told": json.dumps(doubts(machine, result, every, before, checks)),
-        "speed_source": result.speed.source, "envelope_low": float(shown["low"]), "envelope_high": float(shown["high"]),
+        "speed_source": result.speed.source, "speed": result.speed.words,
+        "envelope_low": float(shown["low"]), "envelope_high": float(shown["high"]),
     }  # fmt: skip
     if checks.record is not None:
         variables |= _check_variables(checks, column, words_of)
@@ -160,7 +157,8 @@ def _check_variables(checks: Checks, column: Any, words_of: Any) -> dict[str, An
         "check_spread": column("check", np.array([r.spread for r in results]), "standard error of the deviation"),
         "check_alike": column("check", np.array([int(r.alike) for r in results]), "1 where no cause agrees better"),
         "check_level": words_of("check", [row.level for row in checks.rows], "severity of best agreement"),
-        "check_hypothesis": words_of("check", [row.hypothesis for row in checks.rows], "hypothesis that it stands for"),
+        "check_hypothesis": words_of("check", ["; ".join(row.hypotheses) for row in checks.rows],
+                                     "hypotheses that it stands for"),
         "feature_record": column("feature", checks.record, "decimal logarithm of the feature of the record"),
         "feature_spread": column("feature", checks.spread, "its standard deviation over simulated records"),
         "feature_simulated": (("check", "feature"), np.array([r.expected for r in results]),

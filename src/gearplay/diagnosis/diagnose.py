@@ -14,10 +14,12 @@ import numpy as np
 from gearplay.diagnosis.bearing_combs import PARTS, Key
 from gearplay.diagnosis.checks import Checks, checked, revised
 from gearplay.diagnosis.dataset import dataset_of
-from gearplay.diagnosis.hypotheses import Hypothesis, ranked
+from gearplay.diagnosis.evidence import Hypothesis
+from gearplay.diagnosis.hypotheses import ranked
 from gearplay.diagnosis.machine import Machine, described
 from gearplay.diagnosis.measures import Measures, measured
 from gearplay.diagnosis.named_lines import NamedLine, named_envelope, named_spectrum
+from gearplay.diagnosis.quantisation import quantisation_step
 from gearplay.diagnosis.result import Diagnosis
 from gearplay.diagnosis.shaft_speed import FoundSpeed, found_speed
 from gearplay.files.record import Channel, Record
@@ -145,7 +147,7 @@ def diagnose(
         nominal = steady if steady is not None else TWO_PI * found.frequency
         before = measured_with_lines(sound, machine, nominal)
         earlier = before[0]
-    result = measured(taken, machine, found, earlier)
+    result = measured(taken, machine, found, earlier, step=quantisation_step(chosen.values))
     every = ranked(machine, result, earlier)
     low, high = _band(every[0], result)
     first = (every[0].place, every[0].kind)
@@ -169,7 +171,7 @@ def measured_with_lines(
 ) -> tuple[Measures, Channel, Any]:
     """Return measures, the signal and the spectrum of a healthy record."""
     taken, found, spectrum = _prepared("healthy", channel, machine, speed)
-    return measured(taken, machine, found), taken, spectrum
+    return measured(taken, machine, found, step=quantisation_step(channel.values)), taken, spectrum
 
 
 def _channel(path: str, record: Any, name: str | None) -> Channel:
@@ -235,7 +237,7 @@ def _prepared(path: str, channel: Channel, machine: Machine, speed: Any) -> tupl
         mean = float(np.mean(turned.speed)) / TWO_PI
         # Angle over mean speed: lines of the shaft are sharp, frequencies are those at the mean speed.
         taken = Channel(channel.name, turned.values, turned.samples_per_revolution * mean, channel.unit)
-        nominal, given = mean, FoundSpeed(mean, 1e-9 * mean, "measured")
+        nominal, given = mean, FoundSpeed(mean, float(np.std(turned.speed)) / TWO_PI, "measured")
     else:
         taken, given, nominal = channel, None, _nominal(path, machine, speed)
     if nominal * taken.duration < LEAST_TURNS:

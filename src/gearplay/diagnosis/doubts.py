@@ -4,26 +4,53 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
 
 from gearplay.diagnosis.bearing_combs import PARTS
 from gearplay.diagnosis.checks import Checks
-from gearplay.diagnosis.hypotheses import MODULATION, Hypothesis, look_alike, on_a_turn
+from gearplay.diagnosis.evidence import Hypothesis
+from gearplay.diagnosis.explanations import look_alike, on_a_turn
+from gearplay.diagnosis.hypotheses import MODULATION, TOLD, stated
 from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.measures import Measures
-from gearplay.diagnosis.planetary_measures import APART, SetMeasure
+from gearplay.diagnosis.planetary_measures import APART, HARMONICS, SetMeasure
 from gearplay.diagnosis.planetary_set import PlanetarySet
 from gearplay.diagnosis.separation import LEAST_TURNS
 from gearplay.diagnosis.shaft_speed import NO_LINE
+
+FURTHER: Final = 0.2
+"""Confidence from which a further cause that is not stated is mentioned."""
+
+CAGE_LINES: Final = 6
+"""Multiples of FTF of which more than half must stand apart to show a cage: as many as are sought."""
+CAGE_APART: Final = 2.0
+"""Least distance of these from others, in lines of an envelope, which are two wide."""
 
 
 def doubts(
     machine: Machine, found: Measures, every: Sequence[Hypothesis], healthy: Measures | None, checks: Checks
 ) -> list[str]:
     """Return the questions that the record, and simulated ones, cannot decide, a sentence each."""
-    first = (
-        [] if checks.told is not None and checks.told.kind == every[0].kind else _first(machine, found, every)
-    )
-    said = [*_speed(machine, found), *_gears(machine, found), *first, *checks.doubts]
+    further = _further(every)
+    simulated = checks.told
+    own = [
+        sentence
+        for h in (*(stated(every) or every[:1]), *further)
+        if simulated is None or (h.kind != simulated.kind and h.name not in simulated.hypotheses)
+        for sentence in _left_open(machine, found, h, every)
+    ]
+    also = [
+        f"Whether {h.name} occurs as well cannot be told: confidence {h.confidence:.2f}." for h in further
+    ]
+    said = [*_speed(machine, found), *_gears(machine, found), *also, *dict.fromkeys(own), *checks.doubts]
+    if found.quantised and machine.meshes:
+        rms, unit = float(np.std(found.rest.values)), f" {found.rest.unit}".rstrip()
+        said.append(
+            f"Rattle cannot be told: what repeats with no shaft, {rms:.3g}{unit}, may be quantisation, in steps of "
+            f"{found.step:.3g}{unit}."
+        )
     if not machine.bearings:
         said.append("Bearings cannot be told: no geometry of one is given.")
     elif not found.rest.size or found.band[1] == 0.0:
@@ -55,8 +82,8 @@ def _gears(machine: Machine, found: Measures) -> list[str]:
     ]
     if planetary:
         said.append(
-            f"Eccentricity cannot be told of {', '.join(planetary)}: their planets are not evenly spaced, or neither sun nor "
-            "ring stands; gearplay.signals.planetary_average takes windows."
+            f"Eccentricity cannot be told of {', '.join(planetary)}: neither sun nor ring stands; "
+            "gearplay.signals.planetary_average takes windows."
         )
     for each, own in zip(machine.sets, found.sets, strict=False):
         said += [
@@ -81,8 +108,11 @@ def _unseen(machine: Machine, each: PlanetarySet, own: SetMeasure) -> Iterator[t
     long = (
         f"their lines lie nearer than {APART:g} of the spectrum's to others; a longer record separates them"
     )
+    if not any(each.uneven(h) for h in range(1, HARMONICS + 1)):
+        yield "Uneven planets", "even ones at these angles leave lines at every turn of the carrier"
+    elif math.isnan(own.uneven):
+        yield "Uneven planets", long
     for value, words in (
-        (own.uneven, "Uneven planets"),
         (own.sun, "An eccentric sun"),
         (own.planet, "Eccentric planets"),
     ):
@@ -95,9 +125,16 @@ def _unseen(machine: Machine, each: PlanetarySet, own: SetMeasure) -> Iterator[t
         yield "A damaged tooth of the ring", few if stands else "it turns past the sensor"
 
 
-def _first(machine: Machine, found: Measures, every: Sequence[Hypothesis]) -> list[str]:
-    """Return the questions that the leading hypothesis leaves open."""
-    first = every[0]
+def _further(every: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return the causes that may occur together with the stated ones."""
+    told = stated(every)
+    return [h for h in every if told and h.kind != "none" and FURTHER <= h.confidence < TOLD]
+
+
+def _left_open(
+    machine: Machine, found: Measures, first: Hypothesis, every: Sequence[Hypothesis]
+) -> list[str]:
+    """Return the questions that a hypothesis leaves open."""
     of_planet = first.kind in ("tooth", "eccentric") and any(
         first.place == each.gears[1] for each in machine.sets
     )
@@ -127,21 +164,32 @@ def _first(machine: Machine, found: Measures, every: Sequence[Hypothesis]) -> li
         ]
     if first.kind not in PARTS:
         return []
-    on_turn = [
-        f"The lines of {first.name} lie on multiples of a shaft's turn: other sources of these cannot be ruled out."
-    ]
-    planets = ["Of which planet the bearing is cannot be told: all have the same lines."]
-    on_turn = on_turn if on_a_turn(machine, found, first) else []
-    return (
-        on_turn
-        + (planets if machine.bearings[first.place].carrier > 0.0 else [])
-        + [
-            (
-                f"BPFO is a multiple of FTF: {h.name}, cannot be ruled out."
-                if h.place == first.place and {h.kind, first.kind} == {"cage", "outer"}
-                else f"With slip, {h.name}, has a line at the place of {first.name}: it cannot be ruled out."
+    said = []
+    if on_a_turn(machine, found, first):
+        said.append(
+            f"The lines of {first.name} lie on multiples of a shaft's turn: other sources of these cannot be ruled out."
+        )
+    if machine.bearings[first.place].carrier > 0.0:
+        said.append("Of which planet the bearing is cannot be told: all have the same lines.")
+    for h in every:
+        if h is first or h.kind not in PARTS or not look_alike(machine, first, h):
+            continue
+        if h.place != first.place or {h.kind, first.kind} != {"cage", "outer"}:
+            said.append(
+                f"With slip, {h.name}, has a line at the place of {first.name}: it cannot be ruled out."
             )
-            for h in every[1:]
-            if h.kind in PARTS and look_alike(machine, first, h)
-        ]
-    )
+        elif h.kind == "outer" or h.evidence[0].strength > 0.0 or not _shows_cage(machine, found, h.place):
+            said.append(f"BPFO is a multiple of FTF: {h.name}, cannot be ruled out.")
+    return said
+
+
+def _shows_cage(machine: Machine, found: Measures, bearing: int) -> bool:
+    """Return whether multiples of FTF that are none of BPFO would stand apart from 0 and the turns in an envelope."""
+    own = machine.bearings[bearing].orders
+    line = found.bearings[bearing, "cage"].frequency
+    turns = [shaft.order * found.speed.frequency for shaft in machine.shafts]
+    multiples = [k * line for k in range(1, CAGE_LINES + 1) if k % round(own.bpfo / own.ftf)]
+    apart = [
+        min(f, *(abs(math.remainder(f, turn)) for turn in turns)) * found.rest.duration for f in multiples
+    ]
+    return sum(each >= CAGE_APART for each in apart) > CAGE_LINES // 2

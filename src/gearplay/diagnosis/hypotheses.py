@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
 from typing import Any, Final
 
-from gearplay.diagnosis.bearing_combs import PARTS, SLIP, coincide, strongest_line
+from gearplay.diagnosis.bearing_combs import PARTS
+from gearplay.diagnosis.evidence import MOST, Evidence, Hypothesis
+from gearplay.diagnosis.explanations import with_confidences
 from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.measures import Measures
 
@@ -31,21 +33,6 @@ RING: Final = 2.2
 """Event of a tooth of a standing ring over the teeth beside it, from which it counts."""
 WORSE: Final = 1.6
 """Factor over the healthy record, from which a measure counts."""
-MOST: Final = 1.5
-"""Largest strength [decades]."""
-CEILING: Final = 0.95
-"""Largest confidence; of `HEALTHY` it is `ABSENCE`, since damage may hide."""
-ABSENCE: Final = 0.65
-BLIND: Final = 0.4
-"""Largest confidence of `HEALTHY` where the speed, and with it the gears, stay unknown."""
-BY_SPEED: Final = ("tooth", "eccentric", "planets", "rattle")
-"""Kinds whose evidence stands at multiples of the speed; where that stays unknown their largest confidence is `ALIKE`."""
-ALIKE: Final = 0.6
-"""Largest confidence of a part of a bearing whose lines another part has too, less than `TWIN` weaker, or a shaft's turn."""
-TWIN: Final = 0.9
-"""Difference of the strengths [decades] of two parts with lines at one place, below which either may be the cause."""
-OF_CAGE: Final = 1.0
-"""Strength of a cage from which lines of the outer ring are taken for its multiples [decades]."""
 SHOCKS: Final = 3.0
 """Kurtosis of the most impulsive band, less that of noise, in every quarter of a record, from which shocks count."""
 APERIODIC: Final = 0.3
@@ -54,46 +41,11 @@ TOLD: Final = 0.7
 """Confidence from which a hypothesis is said; no first hypothesis of the test records that was wrong had as much."""
 
 
-@dataclass(frozen=True)
-class Evidence:
-    """A figure for or against a hypothesis: ``value`` against the ``threshold`` from which it counts, in ``unit``."""
-
-    words: str
-    value: float
-    threshold: float
-    unit: str = "1"
-
-    @property
-    def strength(self) -> float:
-        """Decades above the threshold."""
-        if self.value <= 0.0:
-            return -2.0
-        return min(MOST, max(-2.0, math.log10(self.value / self.threshold)))
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """A possible cause, its evidence, and the confidence that it is the cause; ``place`` is that of the gear or bearing."""
-
-    name: str
-    kind: str
-    evidence: tuple[Evidence, ...]
-    strength: float
-    confidence: float = 0.0
-    place: int = -1
-
-    @property
-    def strongest(self) -> Evidence:
-        """The evidence furthest above its threshold."""
-        return max(self.evidence, key=lambda each: each.strength)
-
-
 def ranked(machine: Machine, found: Measures, healthy: Measures | None) -> list[Hypothesis]:
-    """Return all hypotheses, the likeliest first.
+    """Return all hypotheses, the likeliest first: see `with_confidences`.
 
     The strength of each is its evidence in decades above a threshold, which a healthy record raises to `WORSE` times its own
-    value. What one cause explains of the evidence of another is taken off. Confidences are the weights 10^(2 strength) over the
-    sum of all, with 1 for none of them.
+    value.
     """
     every = [
         *_teeth(machine, found, healthy),
@@ -102,19 +54,12 @@ def ranked(machine: Machine, found: Measures, healthy: Measures | None) -> list[
         *_bearings(machine, found, healthy),
         *_rattle(machine, found, healthy),
     ]
-    doubtful = {h.name for h in every if _has_twin(machine, h, every) or on_a_turn(machine, found, h)}
-    every = _explained(machine, every)
-    weights = [10.0 ** (2.0 * each.strength) if each.strength > -2.0 else 0.0 for each in every]
-    total = 1.0 + sum(weights)
-    every.append(Hypothesis(HEALTHY, "none", (), 0.0))
-    shares = [*(w / total for w in weights), 1.0 / total]
-    blind = bool(machine.meshes) and not found.speed.known
-    most = {"none": BLIND, **dict.fromkeys(BY_SPEED, ALIKE)} if blind else {"none": ABSENCE}
-    best = [
-        replace(h, confidence=min(ALIKE if h.name in doubtful else most.get(h.kind, CEILING), share))
-        for h, share in zip(every, shares, strict=True)
-    ]
-    return sorted(best, key=lambda each: -each.confidence)
+    return with_confidences(machine, found, [*every, Hypothesis(HEALTHY, "none", (), 0.0)])
+
+
+def stated(every: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return the damages with the stated confidence or more, the likeliest first: of several each occurs with the others."""
+    return [h for h in every if h.kind != "none" and h.confidence >= TOLD]
 
 
 def _threshold(plain: float, before: Any, measure: str, *, least: float = 0.5) -> float:
@@ -212,78 +157,14 @@ def _rattle(machine: Machine, found: Measures, healthy: Measures | None) -> list
     comb, mesh = max(combs, key=lambda pair: min(pair[0].height / COMB, pair[0].depth / DEPTH))
     at = machine.meshes.index(mesh)
     before = healthy.mesh[at] if healthy is not None else None
-    share = 1.0 if found.rest_share >= LEAST_REST else 0.0
+    share = 1.0 if found.rest_share >= LEAST_REST and not found.quantised else 0.0
     lines = Evidence(f"envelope lines at {mesh.name} of what repeats with no shaft, over chance",
                      share * comb.height, _threshold(COMB, before, "height"))  # fmt: skip
     depth = Evidence("depth of the envelope's modulation at the mesh", share * comb.depth,
                      _threshold(DEPTH, before, "depth"))  # fmt: skip
-    wave = Evidence("kurtosis of the mean mesh period, 1.5 of a sine", found.waveform,
+    wave = Evidence("kurtosis of the mean mesh period, 1.5 of a sine", 1.5 if found.quantised else found.waveform,
                     _threshold(WAVEFORM, healthy, "waveform"))  # fmt: skip
     shocks = Evidence("kurtosis of the most impulsive band, less that of noise, in every quarter of the record",
                       share * found.impulsive, _threshold(SHOCKS, healthy, "impulsive"))  # fmt: skip
     strength = max(min(lines.strength, depth.strength), wave.strength, min(APERIODIC, shocks.strength))
     return [Hypothesis(RATTLE, "rattle", (lines, depth, wave, shocks), strength)]
-
-
-def _explained(machine: Machine, every: list[Hypothesis]) -> list[Hypothesis]:
-    """Return the hypotheses without the evidence that the strongest one explains."""
-    lead = max(every, key=lambda h: h.strength, default=None)
-    if lead is None or lead.strength <= 0.0:
-        return every
-    # BPFO is a multiple of FTF, of which a dented ring shows no other ones.
-    lead = next((h for h in every if h.strength >= OF_CAGE and _holds_lines_of(h, lead)), lead)
-    return [h if h is lead else replace(h, strength=h.strength - _share(machine, lead, h)) for h in every]
-
-
-def _share(machine: Machine, lead: Hypothesis, h: Hypothesis) -> float:
-    """Return how much of the evidence of a hypothesis the leading one explains [decades]."""
-    if lead.kind in PARTS and h.kind in PARTS:
-        # Harmonics and sidebands pass lines of the other parts; lines at one place cannot be told apart.
-        return 0.0 if look_alike(machine, lead, h) and not _holds_lines_of(lead, h) else 0.7
-    if {lead.kind, h.kind} == {"tooth", "eccentric"}:
-        return 0.5  # an event modulates too, a modulation leaves a difference
-    return 0.3 if lead.kind == "rattle" or {lead.kind, h.kind} & {*PARTS} else 0.0
-
-
-def _holds_lines_of(one: Hypothesis, other: Hypothesis) -> bool:
-    """Return whether the frequency of ``other`` is a multiple of that of ``one``: BPFO is Z times FTF of the same bearing."""
-    return one.kind == "cage" and other.kind == "outer" and one.place == other.place
-
-
-def look_alike(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
-    """Return whether the strongest lines of two parts of bearings, or teeth, may coincide: within the slip, or as multiples."""
-    if one.kind in PARTS and other.kind in PARTS:
-        return coincide(machine, (one.place, one.kind), (other.place, other.kind))
-    ratio = _strongest_line(machine, other) / _strongest_line(machine, one)
-    if not {one.kind, other.kind} & {*PARTS}:  # teeth do not slip
-        return any(abs(k * ratio - 1.0) < 1e-3 for h in (1.0, 2.0, 3.0, 4.0) for k in (h, 1.0 / h))
-    return any(abs(k * ratio - 1.0) < 1.25 * SLIP for k in (0.5, 1.0, 2.0))
-
-
-def has_lines(machine: Machine, h: Hypothesis) -> bool:
-    """Return whether the evidence is a comb of envelope lines: of a part of a bearing, or a tooth of a planetary set."""
-    if h.kind != "tooth" or machine.gears[h.place].shaft is not None:
-        return h.kind in PARTS
-    own = machine.set_of(h.place)
-    return own is None or h.place != own.gears[2]
-
-
-def _has_twin(machine: Machine, one: Hypothesis, every: list[Hypothesis]) -> bool:
-    """Return whether another part of a bearing, or tooth of a planetary set, explains the same lines nearly as well."""
-    others = [h for h in every if has_lines(machine, h) and h is not one] if has_lines(machine, one) else []
-    return any(h.strength > max(0.0, one.strength - TWIN) and look_alike(machine, one, h) for h in others)
-
-
-def on_a_turn(machine: Machine, found: Measures, h: Hypothesis) -> bool:
-    """Return whether the lines of a bearing part are, to a line of the envelope, multiples of a turn, which others excite too."""
-    if h.kind not in PARTS:
-        return False
-    f, comb = found.speed.frequency, found.bearings[h.place, h.kind]
-    line = comb.frequency * (2.0 if h.kind == "element" else 1.0)
-    turns = [k * shaft.order * f for shaft in machine.shafts for k in range(1, 7)]
-    return any(abs(line - turn) * found.rest.duration < 1.0 for turn in turns)
-
-
-def _strongest_line(machine: Machine, h: Hypothesis) -> float:
-    """Return the order of the strongest envelope line of a part of a bearing, or of a tooth of a planetary set."""
-    return strongest_line(machine, (h.place, h.kind)) if h.kind in PARTS else machine.gears[h.place].order

@@ -37,8 +37,14 @@ class Diagnosis(OfDataset):
 
     @property
     def told(self) -> bool:
-        """Whether the first hypothesis is a damage, with the stated confidence or more."""
+        """Whether a damage has the stated confidence or more."""
         return bool(self.dataset.attrs["told"])
+
+    @property
+    def causes(self) -> list[str]:
+        """Names of the stated hypotheses, the likeliest first: several occur together."""
+        found: list[str] = json.loads(self.dataset.attrs["causes"])
+        return found
 
     @property
     def cannot_be_told(self) -> list[str]:

@@ -20,7 +20,11 @@ Floats = NDArray[np.float64]
 LEAST_TURNS: Final = 8
 """Turns of a shaft from which an average separates it from the others."""
 SIDEBANDS: Final = 8
-"""Mesh harmonics of planetary sets whose sidebands are taken from the rest."""
+"""Mesh harmonics whose sidebands are taken from the rest."""
+MULTIPLES: Final = 2
+"""Multiples of the turns of both gears of a mesh whose sums and differences are taken from the rest."""
+LEAST_SHARE: Final = 0.5
+"""Least share of such sums and differences in the power around a harmonic, from which they are lines."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,8 @@ class ShaftAverage:
 class Separation:
     """Averages of the shafts that turn often enough, fastest first, and the ``rest`` that repeats with none.
 
-    From the rest sidebands of planetary sets at the turns of sun and planets against the carrier are taken, too.
+    From the rest sidebands of mesh harmonics are taken, too, that no average holds: at sums and differences of the turns of both
+    gears, of planetary sets at the turns of sun and planets against the carrier.
     """
 
     shafts: tuple[ShaftAverage, ...]
@@ -80,34 +85,52 @@ def separated(channel: Channel, machine: Machine, speed: float) -> Separation:
         )  # fmt: skip
         rest = Channel(channel.name, rest.values - _repeated(alone, frequency, channel), channel.sampling,
                        channel.unit, channel.start)  # fmt: skip
+    averaged = {each.shaft for each in found}
+    for mesh in machine.meshes:
+        shafts = {machine.gears[k].shaft for k in mesh.gears}
+        if len(shafts) == 2 and shafts <= averaged:
+            turns = [speed * machine.gears[k].order for k in mesh.gears]
+            rest = _without_sidebands(rest, speed * mesh.order, _sums(*turns), LEAST_SHARE)
     for each in machine.sets:
         if speed * each.carrier * channel.duration >= LEAST_TURNS + 1:
-            rest = _without_sidebands(rest, each, speed)
+            rest = _without_sidebands(rest, speed * each.carrier * each.teeth, speed * _against_carrier(each))
     return Separation(tuple(found), rest)
 
 
-def _without_sidebands(channel: Channel, each: PlanetarySet, speed: float) -> Channel:
-    """Return a signal without the sidebands of a set's mesh harmonics at the turns of sun and planets against the carrier.
+def _sums(one: float, other: float) -> Floats:
+    """Return the distances [Hz] of sidebands at sums and differences of multiples of two turns: both gears modulate the mesh."""
+    multiples = np.array([k for k in range(-MULTIPLES, MULTIPLES + 1) if k])
+    return np.ravel(multiples[:, None] * one + multiples * other)
 
-    No average over the turns of a shaft holds these. The lines around each harmonic are fitted to the spectrum by least squares.
+
+def _against_carrier(each: PlanetarySet) -> Floats:
+    """Return the distances of sidebands at the turns of sun and planets against the carrier, as orders."""
+    shifts = [k * member for member in (each.sun, each.planet) for k in (-2, -1, 1, 2)]
+    around = each.carrier * np.arange(-2 * each.planets, 2 * each.planets + 1)
+    return np.array([shift + m for shift in shifts for m in around])
+
+
+def _without_sidebands(channel: Channel, mesh: float, distances: Floats, least: float = 0.0) -> Channel:
+    """Return a signal without lines at some distances [Hz] from the harmonics of a mesh [Hz], which no average holds.
+
+    The lines around each harmonic are fitted to the spectrum by least squares, and taken where they are at least a share
+    ``least`` of the power there: in what a jitter of the angle smears there are none.
     """
     n = channel.size
     transform = np.fft.rfft(channel.values)
-    turn = each.carrier * speed * channel.duration  # in lines of the spectrum, as all below
-    shifts = [k * member / each.carrier for member in (each.sun, each.planet) for k in (-2, -1, 1, 2)]
-    lines = turn * np.array(
-        [m + shift for shift in shifts for m in range(-2 * each.planets, 2 * each.planets + 1)]
-    )
+    lines = distances * channel.duration  # in lines of the spectrum, as all below
     reach = 1.2 * float(np.max(lines))
     for h in range(1, SIDEBANDS + 1):
-        middle = h * each.teeth * turn
+        middle = h * mesh * channel.duration
         if middle + 2.0 * reach > 0.5 * n:
             break
         wide = np.arange(max(1, math.ceil(middle - 2.0 * reach)), math.floor(middle + 2.0 * reach))
         shapes = _line_shapes(wide, middle + lines, n)
         near = np.abs(wide - middle) < reach
         fitted = np.linalg.lstsq(shapes[near], transform[wide[near]], rcond=1e-3)[0]
-        transform[wide] -= shapes @ fitted
+        after = transform[wide] - shapes @ fitted
+        if np.sum(np.abs(after[near]) ** 2) <= (1.0 - least) * np.sum(np.abs(transform[wide][near]) ** 2):
+            transform[wide] = after
     return Channel(channel.name, np.fft.irfft(transform, n), channel.sampling, channel.unit, channel.start)
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from gearplay.diagnosis.bearing_combs import PARTS
-from gearplay.diagnosis.hypotheses import Hypothesis
+from gearplay.diagnosis.evidence import Hypothesis
 from gearplay.diagnosis.machine import Machine
 from gearplay.model.case import Case
 from gearplay.model.reading import replace
@@ -40,15 +40,17 @@ MOST_BUSHES: Final = 3
 class Suspect:
     """A cause that can be simulated: ``levels`` of rising severity, each in words with its changes of the case.
 
-    ``hypothesis`` is the name of the one that it stands for, empty for wear; ``quantity`` and ``sizes`` [m] measure the severity.
+    ``hypotheses`` has the names of those that it stands for, none of wear; ``quantity`` and ``sizes`` [m] measure the severity.
+    ``beside`` is another cause, of one severity, that all levels have.
     """
 
     name: str
     kind: str
-    hypothesis: str
+    hypotheses: tuple[str, ...]
     quantity: str
     sizes: tuple[float, ...]
     levels: tuple[Mapping[str, Any], ...]
+    beside: Suspect | None = None
 
 
 def suspects_of(
@@ -86,7 +88,7 @@ def _faults(case: Case, machine: Machine, h: Hypothesis, loads: Mapping[str, flo
         name: str, kind: str, field: str, quantity: str, sizes: Sequence[float], **fixed: Any
     ) -> Suspect:
         levels = [{"faults": [*before, {"kind": kind, **fixed, field: size}]} for size in sizes]
-        return Suspect(name, h.kind, h.name, quantity, tuple(sizes), tuple(levels))
+        return Suspect(name, h.kind, (h.name,), quantity, tuple(sizes), tuple(levels))
 
     if h.kind == "planets":
         yield from _uneven(case, machine.sets[h.place].name, h)
@@ -160,7 +162,7 @@ def _uneven(case: Case, name: str, h: Hypothesis) -> Iterator[Suspect]:
     ):
         levels = tuple({f"planetary.{name}.pin_errors": off(size, directions)} for size in sizes)
         yield Suspect(
-            words, h.kind, h.name, "offset" if directions is alone else "eccentricity", sizes, levels
+            words, h.kind, (h.name,), "offset" if directions is alone else "eccentricity", sizes, levels
         )
 
 
@@ -168,7 +170,7 @@ def _reason(case: Case, machine: Machine, h: Hypothesis) -> str:
     if h.kind in PARTS:
         return f"the case has no [bearings] table of {machine.bearings[h.place].name}"
     if machine.gears[h.place].shaft is None and machine.set_of(h.place) is None:
-        return "its gear is in a planetary set whose planets are not evenly spaced, or of which neither sun nor ring stands"
+        return "its gear is in a planetary set of which neither sun nor ring stands"
     return SINGLE_TEETH
 
 
@@ -199,4 +201,4 @@ def _wear(case: Case) -> Iterator[Suspect]:
 def _worn(name: str, quantity: str, now: float, path: str) -> Suspect:
     """Return the cause of more clearance, the one at a path of the case [m]."""
     sizes = tuple(factor * now for factor in WORN)
-    return Suspect(name, "rattle", "", quantity, sizes, tuple({path: size} for size in sizes))
+    return Suspect(name, "rattle", (), quantity, sizes, tuple({path: size} for size in sizes))
