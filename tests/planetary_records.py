@@ -32,6 +32,7 @@ NAMES = {
     "planet bearing, outer": "bearing of a planet of stage, outer ring",
 }
 CONDITIONS = tuple(NAMES)
+EVEN = tuple(2 * np.pi * i / PLANETS for i in range(PLANETS))
 
 Floats = NDArray[np.float64]
 
@@ -50,16 +51,19 @@ def crossings(angle: Floats, place: float, t: Floats) -> Floats:
 
 
 def planetary_record(
-    condition: str, seed: int, *, severity: float = 1.0, noise: float = 0.2
+    condition: str, seed: int, *, severity: float = 1.0, noise: float = 0.2, angles: tuple[float, ...] = EVEN
 ) -> tuple[gp.Channel, float]:
-    """Return the acceleration of the reducer's ring in a condition, and the true speed of its sun [Hz], within 2 %."""
+    """Return the acceleration of the reducer's ring in a condition, and the true speed of its sun [Hz], within 2 %.
+
+    ``angles`` [rad] are those of the planets.
+    """
     rng = np.random.default_rng([seed, CONDITIONS.index(condition), 7])
     n = int(RATE * SECONDS)
     t = np.arange(n) / RATE
     f = 800.0 / 60.0 * (1.0 + rng.uniform(-0.02, 0.02))
     f_c = f * SUN / (SUN + RING)
     carrier, sun = (2 * np.pi * each * t + rng.uniform(0, 2 * np.pi) for each in (f_c, f - f_c))
-    planets = [carrier + 2 * np.pi * i / PLANETS for i in range(PLANETS)]
+    planets = [carrier + each for each in angles]
     width, least = rng.uniform(0.6, 1.5), rng.uniform(0.2, 0.4)
 
     def passing(angle: Floats) -> Floats:
@@ -73,7 +77,7 @@ def planetary_record(
         shares[1:] += severity * 0.2
         phases[0] -= severity * rng.uniform(0.1, 0.4)
     elif condition == "eccentric carrier":
-        wave = np.cos(2 * np.pi * np.arange(PLANETS) / PLANETS + rng.uniform(0, 2 * np.pi))
+        wave = np.cos(np.array(angles) + rng.uniform(0, 2 * np.pi))
         shares += severity * rng.uniform(0.3, 0.5) * wave
         phases += severity * rng.uniform(0.1, 0.3) * wave
     elif condition == "eccentric sun":
@@ -88,7 +92,7 @@ def planetary_record(
     x = np.zeros(n)
     spin = RING / PLANET * carrier  # of the planets against the carrier
     for i, angle in enumerate(planets):
-        towards = sun - 2 * np.pi * i / PLANETS - place  # of a mark of the sun from the planet
+        towards = sun - angles[i] - place  # of a mark of the sun from the planet
         swing = 1.0 + runout * np.cos(towards) + runouts[i] * np.cos(spin - place)
         dip = np.zeros(n)
         if condition == "sun tooth":
@@ -104,7 +108,7 @@ def planetary_record(
             )  # fmt: skip
     events: list[tuple[Floats, float, int]] = []
     if condition == "sun tooth":
-        events = [(crossings(sun, place + 2 * np.pi * i / PLANETS, t), 1.0, i) for i in range(PLANETS)]
+        events = [(crossings(sun, place + angles[i], t), 1.0, i) for i in range(PLANETS)]
     elif condition == "planet tooth":
         events = [(crossings(spin, place, t), 1.0, 0), (crossings(spin, place + np.pi, t), 0.7, 0)]
     elif condition == "ring tooth":

@@ -164,6 +164,23 @@ def test_a_broken_cage__agrees_when_it_is_simulated() -> None:
     assert causes(found) == ["bearing of pinion, cage"]
 
 
+@pytest.mark.deep
+@pytest.mark.compiled
+def test_two_causes_of_a_case__agree_when_they_are_simulated_together() -> None:
+    """A dent of 5 um of the inner ring and an eccentricity of the wheel of 60 um."""
+    plan = load_dataset_plan("bearing-dents")
+    dent = {"kind": "inner", "at": "pinion", "depth": "5 um", "arc": "3 deg"}
+    off = {"kind": "eccentricity", "at": "wheel", "amount": "60 um"}
+    record = taken(plan.case, {"faults": [dent, off]}, plan.rig)
+    found = gp.diagnose(record, case=plan.case, rig=plan.rig, members=2)
+    assert set(found.causes) <= {"bearing of pinion, inner ring", "eccentric wheel"}
+    first = found.checks()[0]
+    assert first["name"] == "bearing of pinion, inner ring together with eccentric wheel"
+    depth, amount = (float(each.split()[-2]) for each in first["level"].split(";"))
+    assert 3.0 < depth < 9.0
+    assert 40.0 < amount < 90.0
+
+
 def test_a_cause_that_agrees_best_as_the_case__is_no_second_row() -> None:
     """A crack whose records are the further off the deeper it is: the case alone is listed, and the hypothesis is not stated."""
     crack = Suspect("crack of a tooth", "tooth", ("damage",), "depth", (1e-3,), ({},))

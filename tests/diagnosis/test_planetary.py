@@ -123,6 +123,49 @@ def test_lines__of_passing_planets_by_summing_them() -> None:
     assert sorted([*alike, *uneven]) == list(range(91 - 3, 91 + 4))
 
 
+@pytest.mark.parametrize(
+    ("degrees", "silent"), [((0, 110, 240), False), ((0, 70, 180, 250), True), ((0, 120, 240), True)]
+)
+def test_lines__of_planets_at_any_angles_by_summing_them(degrees: tuple[int, ...], silent: bool) -> None:
+    """Waves of like planets, each delayed by its angle, against the sum at each order; opposite planets leave no odd one."""
+    own = PlanetarySet("a", tuple(np.radians(degrees)), 92, 0.2, 0.8, 0.5, (0, 1, 2), 0)
+    size = 3600
+    wave = np.exp(np.cos(2 * np.pi * np.arange(size) / size)) * np.cos(
+        own.teeth * 2 * np.pi * np.arange(size) / size
+    )
+    one = np.abs(np.fft.rfft(wave))
+    every = np.abs(np.fft.rfft(sum(np.roll(wave, -10 * angle) for angle in degrees)))
+    for n in range(-4, 5):
+        m = own.teeth + n
+        assert own.sum_at(m) == pytest.approx(every[m] / one[m] / len(degrees), abs=1e-9)
+    assert bool(own.uneven(1)) is silent
+
+
+UNEQUAL = (0.0, 110.0, 240.0)
+
+
+def unequal(condition: str, seed: int) -> Diagnosis:
+    """Return the diagnosis of a record of three planets at unequal angles, with the case that has them."""
+    channel, _ = planetary_record(condition, seed, angles=tuple(np.radians(UNEQUAL)))
+    case = gp.replace(
+        with_bearings(), {"planetary.stage.planets.angles": [f"{each} deg" for each in UNEQUAL]}
+    )
+    return gp.diagnose(channel, case=case, quick=True)
+
+
+def test_unequal_angles__a_tooth_of_the_ring_as_each_planet_passes() -> None:
+    found = unequal("ring tooth", 3)
+    assert found.causes == [NAMES["ring tooth"]]
+    open_ones = "Uneven planets of stage cannot be told: even ones at these angles leave lines at every turn of the carrier."
+    assert open_ones in found.cannot_be_told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("condition", ["sun tooth", "planet tooth", "eccentric sun", "eccentric planet"])
+def test_unequal_angles__the_cause_is_stated(condition: str) -> None:
+    assert unequal(condition, 3).causes == [NAMES[condition]]
+
+
 def test_lines__of_an_eccentric_sun_and_planet_by_summing_them() -> None:
     """Against the carrier the sun turns 91/17 times as often, a planet 91/37: lines at the orders given, no others."""
     _, own = stage()

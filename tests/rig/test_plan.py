@@ -217,7 +217,7 @@ def test_a_case_without_meshes__sensor_sits_on_the_only_rotor_that_can_move() ->
             "run": {"duration": 1.0},
         }
         assert (
-            "accelerometers.sensor.rotor: is required where the case has no mesh and several shafts that can move, or none. Add it."
+            "sensor.rotor: is required where the case has no mesh and several shafts that can move, or none. Add it."
             in refusal(placements, load_rig(), load_case(both))
         )
     rig = load_rig({"accelerometers": {"a": {"rotor": "disc", "angle": 0.3}}})

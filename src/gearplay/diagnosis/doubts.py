@@ -15,7 +15,7 @@ from gearplay.diagnosis.explanations import look_alike, on_a_turn
 from gearplay.diagnosis.hypotheses import MODULATION, TOLD, stated
 from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.measures import Measures
-from gearplay.diagnosis.planetary_measures import APART, SetMeasure
+from gearplay.diagnosis.planetary_measures import APART, HARMONICS, SetMeasure
 from gearplay.diagnosis.planetary_set import PlanetarySet
 from gearplay.diagnosis.separation import LEAST_TURNS
 from gearplay.diagnosis.shaft_speed import NO_LINE
@@ -82,8 +82,8 @@ def _gears(machine: Machine, found: Measures) -> list[str]:
     ]
     if planetary:
         said.append(
-            f"Eccentricity cannot be told of {', '.join(planetary)}: their planets are not evenly spaced, or neither sun nor "
-            "ring stands; gearplay.signals.planetary_average takes windows."
+            f"Eccentricity cannot be told of {', '.join(planetary)}: neither sun nor ring stands; "
+            "gearplay.signals.planetary_average takes windows."
         )
     for each, own in zip(machine.sets, found.sets, strict=False):
         said += [
@@ -108,8 +108,11 @@ def _unseen(machine: Machine, each: PlanetarySet, own: SetMeasure) -> Iterator[t
     long = (
         f"their lines lie nearer than {APART:g} of the spectrum's to others; a longer record separates them"
     )
+    if not any(each.uneven(h) for h in range(1, HARMONICS + 1)):
+        yield "Uneven planets", "even ones at these angles leave lines at every turn of the carrier"
+    elif math.isnan(own.uneven):
+        yield "Uneven planets", long
     for value, words in (
-        (own.uneven, "Uneven planets"),
         (own.sun, "An eccentric sun"),
         (own.planet, "Eccentric planets"),
     ):

@@ -27,7 +27,7 @@ TWIN: Final = 0.9
 OF_CAGE: Final = 1.0
 """Strength of a cage from which lines of the outer ring are taken for its multiples [decades]."""
 LEFT: Final = 0.03
-"""Height of a part's comb, relative to that of a stronger part, that the latter's smeared lines and sidebands leave."""
+"""Height of a comb of envelope lines, relative to that of a stronger one, that the latter's smeared lines and sidebands leave."""
 PARTLY: Final = 0.3
 """Part of the evidence [decades] that a tooth and an eccentricity of one gear explain of each other, and others of rattle."""
 TOGETHER: Final = 3
@@ -71,7 +71,7 @@ def _explained(machine: Machine, every: list[Hypothesis]) -> tuple[list[Hypothes
         return every, None
     # BPFO is a multiple of FTF, of which a dented ring shows no other ones.
     lead = next((h for h in every if h.strength >= OF_CAGE and _holds_lines_of(h, lead)), lead)
-    highest = max((h.evidence[0].value for h in every if h.kind in PARTS), default=0.0)
+    highest = max((h.evidence[0].value for h in every if has_lines(machine, h)), default=0.0)
     less = [
         h if h is lead else replace(h, strength=h.strength - _share(machine, lead, h, highest)) for h in every
     ]
@@ -101,9 +101,19 @@ def _sets(
 
 
 def _exclude(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
-    """Return whether two causes explain the same evidence: lines that coincide, or gears that turn alike."""
+    """Return whether two causes explain the same evidence: lines that coincide, or gears that turn alike.
+
+    A tooth of a planetary set has lines at so many turns, each with sidebands, that some are those of a planet's bearing, and the
+    mesh is a multiple of them.
+    """
+    if any(h.kind == "tooth" and has_lines(machine, h) for h in (one, other)) and "rattle" in (
+        one.kind,
+        other.kind,
+    ):
+        return True
     if has_lines(machine, one) and has_lines(machine, other):
-        return look_alike(machine, one, other)
+        of_planet = any(h.kind in PARTS and machine.bearings[h.place].carrier > 0.0 for h in (one, other))
+        return look_alike(machine, one, other) or (of_planet and "tooth" in (one.kind, other.kind))
     gears = ("tooth", "eccentric")
     if one.kind not in gears or other.kind not in gears or one.place == other.place:
         return False
@@ -111,15 +121,16 @@ def _exclude(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
 
 
 def _share(machine: Machine, lead: Hypothesis, h: Hypothesis, highest: float = 0.0) -> float:
-    """Return how much of the evidence of a hypothesis a stronger one explains [decades]; ``highest`` comb of a bearing's part."""
-    if lead.kind in PARTS and h.kind in PARTS:
+    """Return how much of the evidence of a hypothesis a stronger one explains [decades]; ``highest`` is that of all combs."""
+    if has_lines(machine, lead) and has_lines(machine, h):
         if look_alike(machine, lead, h) and not _holds_lines_of(lead, h):
             return 0.0  # lines at one place cannot be told apart
         return math.log10(1.0 + LEFT * max(lead.evidence[0].value, highest))
     if {lead.kind, h.kind} == {"tooth", "eccentric"}:
         # An event modulates too, a modulation leaves a difference.
         return PARTLY if lead.place == h.place else 0.0
-    return PARTLY if h.kind == "rattle" else 0.0  # other impacts are shocks, too
+    # Other impacts are shocks, too, and modulate the mesh.
+    return max(PARTLY, math.log10(1.0 + LEFT * highest)) if h.kind == "rattle" else 0.0
 
 
 def _holds_lines_of(one: Hypothesis, other: Hypothesis) -> bool:

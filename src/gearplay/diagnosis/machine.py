@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from gearplay.diagnosis.planetary_set import PlanetarySet
+from gearplay.diagnosis.planetary_set import LOUD, PlanetarySet
 from gearplay.signals.bearing_lines import BearingOrders, bearing_orders
 from gearplay.vocabulary.errors import NO_VALUE, InputError
 
@@ -100,7 +100,7 @@ class Machine:
     def lines_of(self, mesh: Mesh, h: int) -> list[float]:
         """Return the orders at which harmonic h of a mesh has lines."""
         own = self.set_of(mesh.gears[0])
-        if own is None or h * own.teeth % own.planets == 0:
+        if own is None or own.sum_at(h * own.teeth) >= LOUD:
             return [h * mesh.order] if own is None else own.alike(h)
         return [h * mesh.order, *own.alike(h)]  # the first where planets are not alike
 
@@ -241,10 +241,11 @@ def machine_of_case(case: Case) -> Machine:
             gears[f"{name}.{member}"] = Gear(f"{name}.{member}", teeth, f / speed, None)
         meshes.append(Mesh(f"mesh {name}", found_set.mesh / speed, (count, count + 1, count + 2)))
         periods = found_set.mesh / found_set.carrier if found_set.carrier > 0.0 else 0.0
-        if table.planets.angles is None and periods > 0.0 and abs(periods - round(periods)) < 1e-6:
+        if periods > 0.0 and abs(periods - round(periods)) < 1e-6:
+            forward = math.copysign(1.0, float(rolling.nominal_speeds(case)[names.index(f"{name}.carrier")]))
             sets.append(
                 PlanetarySet(
-                    name, table.planets.count, round(periods), found_set.carrier / speed,
+                    name, tuple(forward * angle for angle in table.planets.directions), round(periods), found_set.carrier / speed,
                     found_set.mesh / table.sun.teeth / speed, found_set.planet / speed, (count, count + 1, count + 2),
                     turning.index(f"{name}.carrier"),
                 )

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import count, islice
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearplay.diagnosis.planetary_set import PlanetarySet
+from gearplay.diagnosis.planetary_set import LOUD, PlanetarySet
 from gearplay.diagnosis.separation import ShaftAverage
 from gearplay.diagnosis.shaft_speed import floor_of
 from gearplay.results.spectra import Spectrum
@@ -77,7 +78,7 @@ def set_measure(each: PlanetarySet, spectrum: Spectrum, f: float, average: Shaft
 
     def ratio(orders: Callable[[int], Sequence[float]], apart: float) -> float:
         """Return the lines over those of like planets; nan where other lines lie nearer than ``apart``, an order."""
-        if not kept or apart * f < APART * spectrum.resolution:
+        if not any(orders(h) for h in kept) or apart * f < APART * spectrum.resolution:
             return math.nan
         return math.sqrt(sum(total(orders(h)) for h in kept) / like)
 
@@ -95,8 +96,14 @@ def tooth_pattern(each: PlanetarySet, k: int, f: float, harmonics: int) -> list[
     A tooth of a planet is carried past the sensor with the carrier; one of the sun meets planets all around, with its own turns.
     """
     turn = each.carrier if k == each.gears[1] else each.carrier + each.sun
-    plain = [(float(h), 0.0) for h in range(1, harmonics + 1)]
-    return plain + [(h, side * turn * f) for h in (1.0, 2.0) for side in (-1.0, 1.0)]
+    plain = [float(h) for h in range(1, harmonics + 1)]
+    if k != each.gears[1]:  # it meets planets at their angles: multiples of its turn against the carrier
+        multiples = (m for m in count(1) if each.sum_at(m) >= LOUD)
+        plain = [m / each.planets for m in islice(multiples, harmonics)]
+    return [
+        *((h, 0.0) for h in plain),
+        *((h, side * turn * f) for h in plain[:2] for side in (-1.0, 1.0)),
+    ]
 
 
 def _ring_event(found: ShaftAverage, each: PlanetarySet) -> float:
@@ -118,7 +125,7 @@ def _ring_event(found: ShaftAverage, each: PlanetarySet) -> float:
         """Return the mean over a pitch and over the planets, which pass alike."""
         total = np.cumsum(np.concatenate([x, x[:pitch]]))
         mean = (total[pitch:] - total[:-pitch]) / pitch
-        rolled = [np.roll(mean, -round(k * size / each.planets)) for k in range(each.planets)]
+        rolled = [np.roll(mean, round(angle / (2.0 * math.pi) * size)) for angle in each.angles]
         return np.asarray(np.mean(rolled, axis=0))
 
     shared, noise = np.maximum(over_pitch(even * odd), 0.0), over_pitch((0.5 * (even - odd)) ** 2)

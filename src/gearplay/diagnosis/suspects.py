@@ -170,7 +170,7 @@ def _reason(case: Case, machine: Machine, h: Hypothesis) -> str:
     if h.kind in PARTS:
         return f"the case has no [bearings] table of {machine.bearings[h.place].name}"
     if machine.gears[h.place].shaft is None and machine.set_of(h.place) is None:
-        return "its gear is in a planetary set whose planets are not evenly spaced, or of which neither sun nor ring stands"
+        return "its gear is in a planetary set of which neither sun nor ring stands"
     return SINGLE_TEETH
 
 
