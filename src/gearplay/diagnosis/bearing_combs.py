@@ -24,6 +24,8 @@ PARTS: Final = {"outer": "outer ring", "inner": "inner ring", "element": "rollin
 ORDERS: Final = {"outer": "bpfo", "inner": "bpfi", "element": "bsf", "cage": "ftf"}
 MULTIPLES: Final = 12
 """Multiples of the frequency of a part, 0 among them, whose lines and sidebands are kept from the other parts."""
+HAIRLINE: Final = 0.03
+"""Line of an envelope, relative to its highest one, below which it does not place the turns."""
 SIDEBANDS: Final = 5
 """Sidebands on either side of each of these: a narrow load zone has as many."""
 
@@ -59,7 +61,7 @@ def turns_of_envelopes(bands: Sequence[BandEnvelope], machine: Machine, given: F
     """
     pattern = [(h * shaft.order, 0.0) for shaft in machine.shafts for h in (1.0, 2.0, 3.0)]
     comb = best_comb(bands, given.frequency, pattern, search=SEARCH, balanced="multiples")
-    if comb.height <= 1.0:
+    if comb.height <= 1.0 or _is_hairline(bands, comb, pattern):
         return given
     found = _between_bins(bands, comb, pattern)
     if found is None:
@@ -67,6 +69,14 @@ def turns_of_envelopes(bands: Sequence[BandEnvelope], machine: Machine, given: F
     # One line alone may have been located, where the load differs from turn to turn to a tenth of a bin.
     least = 0.1 * bands[0].resolution / min(order for order, _ in pattern)
     return FoundSpeed(found[0], max(found[1], least), "envelope")
+
+
+def _is_hairline(bands: Sequence[BandEnvelope], comb: Comb, pattern: Sequence[tuple[float, float]]) -> bool:
+    """Return whether the highest line of a comb is what the smeared lines of its envelope leave, in a record without noise."""
+    band = next(each for each in bands if (each.low, each.high) == (comb.low, comb.high))
+    places = [round((k * comb.frequency + offset) / band.resolution) for k, offset in pattern]
+    own = max(float(band.amplitude[p - 1 : p + 2].max()) for p in places if 1 <= p < band.amplitude.size - 1)
+    return own < HAIRLINE * float(band.amplitude[3:].max())
 
 
 def strongest_line(machine: Machine, key: Key) -> float:

@@ -178,7 +178,11 @@ def _left_open(
             said.append(
                 f"With slip, {h.name}, has a line at the place of {first.name}: it cannot be ruled out."
             )
-        elif h.kind == "outer" or h.evidence[0].strength > 0.0 or not _shows_cage(machine, found, h.place):
+        elif (
+            h.kind == "outer"
+            or min(h.strength, h.evidence[0].strength) > 0.0
+            or not _shows_cage(machine, found, h.place)
+        ):
             said.append(f"BPFO is a multiple of FTF: {h.name}, cannot be ruled out.")
     return said
 

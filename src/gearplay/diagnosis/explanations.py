@@ -28,6 +28,8 @@ OF_CAGE: Final = 1.0
 """Strength of a cage from which lines of the outer ring are taken for its multiples [decades]."""
 LEFT: Final = 0.03
 """Height of a comb of envelope lines, relative to that of a stronger one, that the latter's smeared lines and sidebands leave."""
+NONE: Final = -2.0
+"""Strength [decades] of a cause without evidence."""
 PARTLY: Final = 0.3
 """Part of the evidence [decades] that a tooth and an eccentricity of one gear explain of each other, and others of rattle."""
 TOGETHER: Final = 3
@@ -45,9 +47,10 @@ def with_confidences(machine: Machine, found: Measures, every: list[Hypothesis])
     that hold a cause, over that of all sets. None is stated of a record whose rms is less than a step of its quantisation.
     """
     none = every[-1]
+    every = [replace(h, strength=NONE) if _is_leakage(h, every) else h for h in every]
     doubtful = {h.name for h in every if _has_twin(machine, h, every) or on_a_turn(machine, found, h)}
     causes, lead = _explained(machine, every[:-1])
-    weights = [10.0 ** (2.0 * h.strength) if h.strength > -2.0 else 0.0 for h in causes]
+    weights = [10.0 ** (2.0 * h.strength) if h.strength > NONE else 0.0 for h in causes]
     total = 1.0 + sum(weights)
     for others, weight in _sets(machine, causes, lead):
         total += weight
@@ -136,6 +139,12 @@ def _share(machine: Machine, lead: Hypothesis, h: Hypothesis, highest: float = 0
 def _holds_lines_of(one: Hypothesis, other: Hypothesis) -> bool:
     """Return whether the frequency of ``other`` is a multiple of that of ``one``: BPFO is Z times FTF of the same bearing."""
     return one.kind == "cage" and other.kind == "outer" and one.place == other.place
+
+
+def _is_leakage(h: Hypothesis, every: Sequence[Hypothesis]) -> bool:
+    """Return whether a cage's comb is so far below that of its outer ring that the ring's smeared lines leave it."""
+    own = h.evidence[0].value if h.evidence else 0.0
+    return any(_holds_lines_of(h, ring) and own <= LEFT * ring.evidence[0].value for ring in every)
 
 
 def look_alike(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
