@@ -43,8 +43,10 @@ def as_png(
             with mpl.rc_context(STYLE):
                 figure = Figure(figsize=(width, height), layout="constrained")
                 draw(figure, figure.subplots(rows, columns, **shared), *args, **named)
+                engine = figure.get_layout_engine()
+                assert engine is not None
                 figure.set_dpi(DPI)
-                figure.get_layout_engine().execute(figure)
+                engine.execute(figure)
                 figure.set_layout_engine(None)  # laid out: `savefig` draws once, not twice
                 figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": "gearplay"})
             return buffer.getvalue()

@@ -157,9 +157,10 @@ class Sweep:
         return Outcome(index, self.template.address_of(index), status, reason, nothing, seconds)
 
     def _slowness(self, index: int) -> float:
-        carried, values = self.template.carried, self.template.points.at(index)[0]
+        carried = self.template.carried
         if carried is None:
             return 1.0
+        values = self.template.points.at(index)[0]
         return carried.slowness(values[carried.carry.axis], values["direction"])
 
 
