@@ -113,7 +113,9 @@ def test_sharing_of_a_motion_without_floating_members() -> None:
 def test_planets_beside_their_pins_at_temperature() -> None:
     """The pins move with the carrier's expansion, 0.16 mm here: what is left beside them is clearance and penetration."""
     steel = {"expansion": 11.5e-6}
-    changes = {f"planetary.stage.{name}.material": steel for name in ("sun", "planets", "ring", "carrier")}
+    changes: dict[str, object] = {
+        f"planetary.stage.{name}.material": steel for name in ("sun", "planets", "ring", "carrier")
+    }
     changes |= {
         "environment": {"temperature": "120 degC", "housing": steel},
         "planetary.stage.pin.shaft_radius": "20 mm",

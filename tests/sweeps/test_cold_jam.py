@@ -11,8 +11,11 @@ import gearplay as gp
 from gearplay.model.case import Case
 from gearplay.sweeps.plans.reading import make_plan
 from gearplay.sweeps.report import jam
+from gearplay.sweeps.report.drawable import View
 from gearplay.sweeps.report.jam import excess_at, jam_lines
+from gearplay.sweeps.report.maps import jam_lines_of
 from gearplay.sweeps.running.evaluate import Sweep
+from sweep_products import made
 
 HOUSING, STEEL = {"expansion": 12.5e-6}, {"expansion": 11.5e-6}
 KELVIN = 273.15
@@ -97,3 +100,8 @@ def test_lines__over_the_clearance_of_a_sets_pins() -> None:
     for line in lines:
         assert line.sides == (1, -1)
         np.testing.assert_allclose(line.up, 2.0 * math.sin(math.radians(20.0)) * line.across, rtol=1e-8)
+    kept = {"kind": "output", "name": "e", "statistic": "transmission_error"}
+    plan = {"case": "planetary-reducer", "axes": axes, "reduce": [kept]}
+    view = View(*made(plan, lambda kept, values, member: values["x"] + values["y"]))
+    (shown,) = jam_lines_of(view, "x", "y", {})
+    assert shown.mesh == f"{lines[0].mesh} and {len(lines) - 1} more"

@@ -1,7 +1,7 @@
 """Maps of a sweep: one number over two axes, small multiples over others, and the jam limit."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -214,7 +214,31 @@ def jam_lines_of(view: View, across: str, up: str, place: Place) -> list[JamLine
         for name, axis in (view.axes | view.alone).items()
         if (name in place or name in view.alone) and not axis.labels
     }
-    return jam_lines(view.sweep, ends[0], ends[1], fixed)
+    return _distinct(jam_lines(view.sweep, ends[0], ends[1], fixed))
+
+
+def _distinct(lines: list[JamLine]) -> list[JamLine]:
+    """Return lines that differ, each named after its first mesh and the number of others, as those of planets."""
+    alike: list[list[JamLine]] = []
+    for line in lines:
+        for group in alike:
+            one = group[0]
+            if (
+                one.sides == line.sides
+                and one.across.shape == line.across.shape
+                and all(
+                    np.allclose(mine, its, rtol=1e-9, atol=0.0)
+                    for mine, its in ((one.across, line.across), (one.up, line.up))
+                )
+            ):
+                group.append(line)
+                break
+        else:
+            alike.append([line])
+    return [
+        replace(group[0], mesh=f"{group[0].mesh} and {len(group) - 1} more") if len(group) > 1 else group[0]
+        for group in alike
+    ]
 
 
 def _draw_jam(ax: Any, x_axis: Along, y_axis: Along, line: JamLine) -> bool:
