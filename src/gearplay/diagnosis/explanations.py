@@ -47,7 +47,7 @@ def with_confidences(machine: Machine, found: Measures, every: list[Hypothesis])
     that hold a cause, over that of all sets. None is stated of a record whose rms is less than a step of its quantisation.
     """
     none = every[-1]
-    every = [replace(h, strength=NONE) if _is_leakage(h, every) else h for h in every]
+    every = [replace(h, strength=NONE) if _is_leakage(found, h, every) else h for h in every]
     doubtful = {h.name for h in every if _has_twin(machine, h, every) or on_a_turn(machine, found, h)}
     causes, lead = _explained(machine, every[:-1])
     weights = [10.0 ** (2.0 * h.strength) if h.strength > NONE else 0.0 for h in causes]
@@ -141,10 +141,16 @@ def _holds_lines_of(one: Hypothesis, other: Hypothesis) -> bool:
     return one.kind == "cage" and other.kind == "outer" and one.place == other.place
 
 
-def _is_leakage(h: Hypothesis, every: Sequence[Hypothesis]) -> bool:
-    """Return whether a cage's comb is so far below that of its outer ring that the ring's smeared lines leave it."""
-    own = h.evidence[0].value if h.evidence else 0.0
-    return any(_holds_lines_of(h, ring) and own <= LEFT * ring.evidence[0].value for ring in every)
+def _is_leakage(found: Measures, h: Hypothesis, every: Sequence[Hypothesis]) -> bool:
+    """Return whether a cage's comb is so far below that of its outer ring that the ring's smeared lines leave it.
+
+    By the height over chance or, in a record without noise, by the depth of modulation.
+    """
+    for ring in every:
+        if _holds_lines_of(h, ring):
+            own, whole = found.bearings[h.place, h.kind], found.bearings[ring.place, ring.kind]
+            return own.height <= LEFT * whole.height or own.depth <= LEFT * whole.depth
+    return False
 
 
 def look_alike(machine: Machine, one: Hypothesis, other: Hypothesis) -> bool:
