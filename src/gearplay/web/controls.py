@@ -295,7 +295,8 @@ def _choices(annotations: tuple[Any, ...]) -> tuple[str, ...]:
 
 def _bounds(annotations: tuple[Any, ...]) -> tuple[float | None, float | None]:
     """Return the least and the largest value that annotations allow, those within a union too."""
-    least = most = None
+    least: Any = None
+    most: Any = None
     for each in annotations:
         inner = tuple(each.metadata) if isinstance(each, FieldInfo) else get_args(each)
         below, above = _bounds(inner) if inner else (None, None)
@@ -303,7 +304,7 @@ def _bounds(annotations: tuple[Any, ...]) -> tuple[float | None, float | None]:
             each.ge if isinstance(each, Ge) else each.gt if isinstance(each, Gt) else _either(below, least)
         )
         most = each.le if isinstance(each, Le) else each.lt if isinstance(each, Lt) else _either(above, most)
-    return least, most  # type: ignore[return-value]
+    return least, most
 
 
 def _group(path: str) -> str:
