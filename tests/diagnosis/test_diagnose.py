@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from gearplay.diagnosis.doubts import _shows_cage
 from gearplay.diagnosis.hypotheses import HEALTHY, TOLD
-from gearplay.diagnosis.machine import machine_of_case, machine_of_teeth
+from gearplay.diagnosis.machine import described, machine_of_case, machine_of_teeth
+from gearplay.diagnosis.measures import measured
 from gearplay.diagnosis.named_lines import named_envelope, named_spectrum
 from gearplay.diagnosis.shaft_speed import FoundSpeed
 from machine_records import BEARINGS, CONDITIONS, NAMES, bearing_record, event_times, machine_record, ringing
@@ -113,7 +115,19 @@ def test_bearing__as_in_the_public_records(part: str, name: str, line: float) ->
     own = next(each for each in found.lines("envelope") if each["name"] == f"BPF{part[0].upper()}")
     assert own["frequency"] == pytest.approx(line, rel=0.01)
     assert found.ds.attrs["speed_source"] == "shaft"
-    assert "Gears cannot be told: no teeth are given." in found.cannot_be_told
+    # No multiple of FTF but those of BPFO stands: a cage is ruled out.
+    assert found.cannot_be_told == ["Gears cannot be told: no teeth are given."]
+
+
+@pytest.mark.parametrize(("turns", "shown"), [(9.0, False), (12.0, True), (300.0, True)])
+def test_cage__shows_where_its_lines_are_apart_from_the_turns(turns: float, shown: bool) -> None:
+    """At 0.398 turns the multiples of FTF lie 0.4, 0.2, 0.2, 0.4, 0.01, 0.4 turns from those of the turn: two lines in ten turns."""
+    machine = described(None, None, "6205")
+    noise = gp.Channel(
+        "a", np.random.default_rng(1).standard_normal(round(turns / 30.0 * 12_000.0)), 12_000.0
+    )
+    found = measured(noise, machine, FoundSpeed(30.0, 0.01, "shaft"))
+    assert _shows_cage(machine, found, 0) is shown
 
 
 def test_bearing__noise_alone_shows_none() -> None:
