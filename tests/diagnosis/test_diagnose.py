@@ -121,7 +121,7 @@ def test_bearing__as_in_the_public_records(part: str, name: str, line: float) ->
 
 @pytest.mark.parametrize(("turns", "shown"), [(9.0, False), (12.0, True), (300.0, True)])
 def test_cage__shows_where_its_lines_are_apart_from_the_turns(turns: float, shown: bool) -> None:
-    """At 0.398 turns the multiples of FTF lie 0.4, 0.2, 0.2, 0.4, 0.01, 0.4 turns from those of the turn: two lines in ten turns."""
+    """At 0.398 turns the multiples of FTF lie 0.4, 0.2, 0.2, 0.4, 0.01, 0.4 turns from those of the turn: 2 lines in ten."""
     machine = described(None, None, "6205")
     noise = gp.Channel(
         "a", np.random.default_rng(1).standard_normal(round(turns / 30.0 * 12_000.0)), 12_000.0
