@@ -10,8 +10,10 @@ import pytest
 
 import gearplay as gp
 from depth import FULL
+from gearplay.diagnosis.doubts import _shows_cage
 from gearplay.diagnosis.hypotheses import HEALTHY, TOLD
-from gearplay.diagnosis.machine import machine_of_case, machine_of_teeth
+from gearplay.diagnosis.machine import described, machine_of_case, machine_of_teeth
+from gearplay.diagnosis.measures import measured
 from gearplay.diagnosis.named_lines import named_envelope, named_spectrum
 from gearplay.diagnosis.shaft_speed import FoundSpeed
 from machine_records import BEARINGS, CONDITIONS, NAMES, bearing_record, event_times, machine_record, ringing
@@ -114,7 +116,19 @@ def test_bearing__as_in_the_public_records(part: str, name: str, line: float) ->
     own = next(each for each in found.lines("envelope") if each["name"] == f"BPF{part[0].upper()}")
     assert own["frequency"] == pytest.approx(line, rel=0.01)
     assert found.ds.attrs["speed_source"] == "shaft"
-    assert "Gears cannot be told: no teeth are given." in found.cannot_be_told
+    # No multiple of FTF but those of BPFO stands: a cage is ruled out.
+    assert found.cannot_be_told == ["Gears cannot be told: no teeth are given."]
+
+
+@pytest.mark.parametrize(("turns", "shown"), [(9.0, False), (12.0, True), (300.0, True)])
+def test_cage__shows_where_its_lines_are_apart_from_the_turns(turns: float, shown: bool) -> None:
+    """At 0.398 turns the multiples of FTF lie 0.4, 0.2, 0.2, 0.4, 0.01, 0.4 turns from those of the turn: 2 lines in ten."""
+    machine = described(None, None, "6205")
+    noise = gp.Channel(
+        "a", np.random.default_rng(1).standard_normal(round(turns / 30.0 * 12_000.0)), 12_000.0
+    )
+    found = measured(noise, machine, FoundSpeed(30.0, 0.01, "shaft"))
+    assert _shows_cage(machine, found, 0) is shown
 
 
 def test_bearing__noise_alone_shows_none() -> None:
@@ -369,3 +383,28 @@ def test_odd_records__end_in_an_answer(values: Any) -> None:
     found = gp.diagnose(gp.Channel("a", values, 1e4), **(PAIR | {"bearings": BEARINGS[:1]}))
     shares = [each["confidence"] for each in found.hypotheses()]
     assert all(0.0 <= share <= 1.0 for share in shares)
+
+
+@pytest.mark.slow
+def test_clean_record__neither_cage_nor_speed_come_from_what_strong_lines_leave() -> None:
+    """A dented outer ring through a rig, without noise: lines of the turns and the cage are hairlines beside BPFO."""
+    bearing = {
+        "catalogue": "6205", "internal_clearance": "10 um", "groove_ratio": 0.52,
+        "damping": {"kind": "hunt-crossley", "value": "100 s/m"},
+    }  # fmt: skip
+    case = {
+        "gravity": ["0 m/s^2", "-9.81 m/s^2"],
+        "rotors": {"shaft": {"mass": 8.0, "inertia": 1e-3, "drive": {"kind": "speed", "speed": "1797 rpm"}}},
+        "bearings": {"shaft": bearing},
+        "faults": [{"kind": "outer", "at": "shaft", "depth": "4 um", "arc": "5 deg", "angle": "-90 deg"}],
+        "run": {"duration": 2.0, "transient": 0.2, "sampling": 2e4},
+    }
+    rig = {
+        "accelerometers": {"s": {"rotor": "shaft", "kind": "356A02", "angle": "-90 deg"}},
+        "collector": {"sampling": "25.6 kHz", "range": "2 V", "bits": 24},
+    }
+    record = gp.measure(case, rig).channel("s.recorded")
+    found = gp.diagnose(record, bearings=["6205"], speed="1797 rpm", quick=True)
+    first = found.hypotheses()[0]
+    assert (first["name"], first["confidence"] >= TOLD) == ("bearing, outer ring", True)
+    assert float(found.ds["shaft_speed"]) == pytest.approx(1797.0 / 60.0, rel=1e-3)

@@ -30,7 +30,7 @@ def quantisation_step(values: Floats) -> float:
     >>> quantisation_step(np.sin(np.arange(500.0)))
     0.0
     """
-    levels = np.unique(values)
+    levels = np.unique(np.asarray(values, dtype=np.float64))
     span = float(levels[-1] - levels[0])
     apart = np.diff(levels)
     apart = apart[apart > span / MOST_STEPS / 2.0]
