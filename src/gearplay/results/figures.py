@@ -216,7 +216,7 @@ def draw_spectrum(
     still = largest <= STILL.get(quantity.unit, 0.0)
     if still:
         ax.set_ylim(0.0, 1.0)
-        if largest > 0.0:
+        if quantity.unit in STILL:
             note_still(ax, quantity.unit, "line")
     else:
         ax.semilogy(*extremes(f, a, MOST_POINTS // 2), color=COUPLED, linewidth=0.7)
@@ -279,8 +279,8 @@ def overview_figure(result: "Result", window: Window) -> Any:
     free.sort(key=lambda name: name != shaft.rotor)
     rotor = free[0] if free else shaft.rotor
     mesh = next((each for each in case.meshes if rotor in each.rotors), None) or next(iter(case.meshes), None)
-    signals = [("ax", rotor), ("coupling_torque", ""), ("omega", rotor), held[0]]
-    fast = next(each for each in signals if each in held)
+    signals = [("ax", rotor)] if free else [("omega" if shaft.turns else "theta", rotor)]
+    fast = next(each for each in (*signals, ("omega", rotor), held[0]) if each in held)
     flanks = ("drive_force", "back_force", "backlash")
     result.runs[0].compute([fast, *((signal, mesh.label) for signal in flanks if mesh is not None)])
     figure, axes = make_figure(3, 2, 8.6, width=10.0)
@@ -309,7 +309,10 @@ def overview_figure(result: "Result", window: Window) -> Any:
         draw_history(forces, result, *shown, window)
     second = ("backlash", mesh.label) if mesh is not None and ("backlash", mesh.label) in held else fast
     draw_history(history, result, *(second if moves(result, *second) else fast), window)
-    heard = fast if moves(result, *fast) or mesh is None else ("drive_force", mesh.label)
+    force = (
+        ("drive_force", mesh.label) if mesh is not None and (not free or not moves(result, *fast)) else fast
+    )
+    heard = force if force in held else fast
     draw_spectrum(spectrum, result, *heard, window)
     title_figure(figure, result, "overview", window, key_of(case))
     return figure
