@@ -171,7 +171,7 @@ def campbell_drawing(ds: xr.Dataset) -> Any:
 
 
 def _draw_orders(ax: Any, ds: xr.Dataset, rpm: Floats, top: float) -> None:
-    """Draw orders of excitation as rays with their names: at the right end one above the other, or where they leave at the top."""
+    """Draw orders of excitation as rays, with their names at the right end one above the other, or at the top."""
     free = 0.0
     for k in np.argsort(ds["order_frequency"].values[-1], kind="stable"):
         line = ds["order_frequency"].values[:, k]
