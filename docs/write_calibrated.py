@@ -118,13 +118,13 @@ def fit_part(fit: dict[str, Any]) -> dict[str, Any]:
         "factor": fit["factor"],
         "in_sample": fit["found_errors"],
         "fresh": [fit["amplitude_error"], fit["frequency_error"]],
-        "held_out": [fit["held_out_amplitude_error"], fit["held_out_frequency_error"]],
+        "held_out": [fit["left_out_amplitude_error"], fit["left_out_frequency_error"]],
         "left_out": {
             each["condition"]: {
                 label.removeprefix(f"{each['condition']}, "): residual
                 for label, residual in zip(each["labels"], each["residuals"], strict=True)
             }
-            for each in fit["held_out"]
+            for each in fit["left_out"]
         },
         "parameters": [{k: p[k] for k in KEPT} for p in fit["parameters"]],
     }
@@ -162,7 +162,7 @@ def main(folder: Path) -> None:
             "transient": plan.simulation.transient,
             "tolerance": np.format_float_scientific(plan.set["run.tolerance"], trim="-", exp_digits=1),
         }
-        errors = {"fresh": fit["amplitude_error"], "left_out": fit["held_out_amplitude_error"]}
+        errors = {"fresh": fit["amplitude_error"], "left_out": fit["left_out_amplitude_error"]}
         filled = TEXT.format(**numbers, **errors, **shown(fit["best"]))
         (SOURCE / "model" / "cases" / f"{name}.toml").write_text(filled, encoding="utf-8")
 

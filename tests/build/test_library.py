@@ -295,3 +295,60 @@ def test_builds_that_are_killed_leave_no_half_library(tmp_path: Path, tried: Cal
         find(tmp_path)
     )
     tried(trials)
+
+
+def test_progress__what_is_kept_and_lines_while_nothing_is_complete(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Lines come before the first kernel is complete, and a build that resumes names the part that is there."""
+    from unittest.mock import patch
+
+    from gearplay.build import __main__ as program
+
+    times = iter([0.0, 0.0, 10.0, 20.0, 25.0, 40.0])
+    with patch.object(program.time, "monotonic", lambda: next(times)):
+        report = program._progress()
+        for done in (300, 300, 400, 500, 1000):
+            report(done, 1000)
+    assert capsys.readouterr().err.splitlines() == [
+        "Building the kernel library, once after an installation or an edit: some minutes; 30 % of it is there already.",
+        "30 % of the kernel library, 10 s so far.",
+        "40 % of the kernel library, about 120 s left.",
+    ]
+
+
+@pytest.mark.slow
+def test_a_build_that_is_terminated_leaves_no_semaphores_and_no_traceback(tmp_path: Path) -> None:
+    """As `timeout` and a batch system end it: all processes of its group at once."""
+    command = [sys.executable, "-m", "gearplay.build", "--folder", str(tmp_path)]
+    running = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    for _ in range(900):
+        time.sleep(0.1)
+        if list(tmp_path.glob("objects/*.part")) or list(tmp_path.glob("objects/*.o")):
+            break
+    os.killpg(running.pid, signal.SIGTERM)
+    out, said = running.communicate(timeout=60.0)
+    assert running.returncode in (1, 130)
+    assert "Building the kernel library" in said
+    assert "leaked" not in said
+    assert "Traceback" not in out + said
+
+
+@pytest.mark.slow
+def test_a_build_that_waits_for_another_says_so(tmp_path: Path) -> None:
+    from gearplay.vocabulary.file_lock import try_lock
+
+    handle = try_lock(tmp_path / ".lock")
+    assert handle is not None
+    command = [sys.executable, "-m", "gearplay.build", "--folder", str(tmp_path)]
+    running = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    try:
+        assert running.stderr is not None
+        said = running.stderr.readline()
+    finally:
+        running.kill()
+        running.communicate()
+        os.close(handle)
+    assert said == f"Another process builds the kernel library in {tmp_path}: waiting for it.\n"

@@ -261,7 +261,7 @@ def test_a_fit_survives_its_json_form() -> None:
     assert fit.best["drag"] == pytest.approx(problem.values((0.4, 0.6))["drag"], rel=0.15)
     assert fit.amplitude_error < 15.0
     assert {row.condition for row in fit.rows} == {"slow", "fast"}
-    assert len(fit.left_out) == len(fit.held_out) == 2
+    assert len(fit.predicted) == len(fit.left_out) == 2
 
 
 def test_a_fit_of_a_dying_motion_says_so() -> None:

@@ -116,7 +116,7 @@ def test_the_command_says_what_and_why(tmp_path: Path, capsys: pytest.CaptureFix
     words = ["motion", str(file), "--periods", "200", "--settle", "200"]
     assert run(words) == 0
     said = capsys.readouterr().out
-    assert "Torsional pair, frequency 0.8: periodic of order 2" in said
+    assert "Torsional pair: periodic of order 2" in said
     assert "The section repeats every 2 periods within the resolution" in said
     assert "may be chance" in said
     assert run([*words, "--no-compare", "--json"]) == 0

@@ -11,6 +11,7 @@ import gearplay as gp
 from building import Measured
 from gearplay.linear.eigen import solve_at_rest
 from gearplay.linear.system import linear_system
+from pictures import faults_of
 from planetary_sets import planetary_document
 
 MESH = {"driver": "motor", "driven": "fan", "module": 4e-3, "backlash": 5e-5}
@@ -216,6 +217,36 @@ def test_orders_meet_modes_where_they_are_equal() -> None:
 def test_what_cannot_be_is_refused(call: Any, words: str) -> None:
     with pytest.raises(gp.InputError, match=words.replace("(", r"\(")):
         call()
+
+
+def test_campbell_picture__names_every_order_and_marks_as_the_legend_does() -> None:
+    """The shaft of the fan, 6 Hz of 2000 Hz at most, has its name too; modes at 0 Hz have no line and no entry."""
+    case = gp.replace(torsional(), {"rotors.motor.drive.terms": [], "supports.fan.torsional_stiffness": 3e5})
+    found = gp.campbell(case, np.linspace(10.0, 80.0, 12))
+    figure = found.plot()
+    ax = figure.axes[0]
+    assert {text.get_text() for text in ax.texts} == set(found.ds["order"].values.tolist())
+    assert faults_of(figure) == []
+    entries = dict(
+        zip(
+            (t.get_text() for t in figure.legends[0].get_texts()),
+            figure.legends[0].legend_handles,
+            strict=True,
+        )
+    )
+    drawn = next(line for line in ax.lines if line.get_marker() == "o")
+    assert entries["crossings"].get_markerfacecolor() == drawn.get_markerfacecolor() == "white"
+    assert len(entries) == 2 + len(
+        {str(k) for k in found.ds["kind"].values[found.ds["frequency"].values[0] > 0.0]}
+    )
+
+
+def test_shapes_picture__has_rings_in_its_legend_where_there_are_some() -> None:
+    entries = {
+        rings: [text.get_text() for text in gp.modes(case).plot().legends[0].get_texts()]
+        for rings, case in ((False, torsional()), (True, "pinion-idler-ring"))
+    }
+    assert [any("ring" in each for each in entries[rings]) for rings in (False, True)] == [False, True]
 
 
 @pytest.mark.slow

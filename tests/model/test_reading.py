@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from gearplay.files.plan_files import plan_document
 from gearplay.model.case import Case
 from gearplay.model.reading import bundled_names, load_case, replace, to_toml
 from gearplay.model.toml_files import text_depth, write_toml
+from gearplay.rig.plan import load_rig
 from gearplay.vocabulary.errors import InputError
 
 BUNDLED = [
@@ -289,3 +291,39 @@ def test_fields__are_constant_and_the_cure_is_a_copy() -> None:
     with pytest.raises(gp.InputError, match=rule):
         case.meshes[0].backlash = 1e-4
     assert case == gp.load_case("han2021")
+
+
+@pytest.mark.parametrize(("name", "kind"), [("m.csv", "table"), ("long.CSV", "table"), ("m.wav", "record")])
+def test_a_table_or_record_given_as_a_case_is_named_as_one(name: str, kind: str, tmp_path: Path) -> None:
+    """A long one was refused for its size, a short one for its TOML."""
+    file = tmp_path / name
+    file.write_text("time,acceleration\n" + "0.0,1.0\n" * (100_000 if name.startswith("long") else 3))
+    said = refusal(load_case, file)
+    assert f"must be a case in TOML, but this is a {kind} by its extension" in said
+    assert "gearplay.read_measurement" in said
+    assert f"must be a rig in TOML, but this is a {kind}" in refusal(load_rig, file)
+    assert f"must be a plan in TOML, but this is a {kind}" in refusal(
+        plan_document, str(file), "gearplay.sweeps"
+    )
+    assert "no such file" in refusal(load_case, tmp_path / f"missing-{name}")
+
+
+def test_a_bare_angle_in_degrees_is_told_its_unit() -> None:
+    """20 rad is far out of range; 20 deg is not. No hint where degrees would be out of range too, or the unit was written."""
+    pair = load_case("external-pair").resolved()
+
+    def said(angle: float | str) -> str:
+        return refusal(replace, pair, {"meshes.0.pressure_angle": angle})
+
+    assert 'A plain number is in rad: write "20 deg" if these are degrees' in said(20)
+    assert "Choose a value in this range" in said(90)
+    assert "Choose a value in this range" in said("20 rad")
+
+
+@pytest.mark.parametrize("speed", ["16.6667 Hz", "16.6667 1/s", "3 furlongs", "3 degC"])
+def test_a_speed_in_another_unit_is_told_usual_ones(speed: str) -> None:
+    case = load_case("external-pair")
+    driven = next(name for name, rotor in case.rotors.items() if getattr(rotor.drive, "kind", "") == "speed")
+    assert "Use a unit such as rpm, rev/s or rad/s" in refusal(
+        replace, case, {f"rotors.{driven}.drive.speed": speed}
+    )

@@ -35,7 +35,7 @@ def refusal(**drive: Any) -> str:
         ({"ripple": [{**TERM, "order": 1.5}]}, r"ripple\.0\.order = 1\.5: must be a whole number"),
         ({"ripple": [{**TERM, "amplitude": 0.6}]}, r"ripple\.0\.amplitude = 0\.6: must be .* at most 0\.5"),
         ({"ripple": [{**TERM, "amplitude": -0.1}]}, r"ripple\.0\.amplitude = -0\.1: must be 0 or more"),
-        ({"ripple": [{**TERM, "phase": "1 m"}]}, r'ripple\.0\.phase = "1 m": is not an angle\. Use a unit such as rad'),
+        ({"ripple": [{**TERM, "phase": "1 m"}]}, r'ripple\.0\.phase = "1 m": is not an angle\. Use a unit such as deg or rad'),
         ({"ripple": [{**TERM, "phas": 0}]}, r"ripple\.0\.phas: unknown field\. Did you mean 'phase'\?"),
         ({"ripple": [{"order": 1}]}, r"ripple\.0\.amplitude: is required"),
         ({"ripple": [TERM] * 9}, r"ripple .*must have 0 to 8 items"),

@@ -216,7 +216,7 @@ def test_the_exponent_has_a_voice() -> None:
     assert verdict(MOTIONS["periodic"], -0.1).kind == "periodic"
     found = verdict(MOTIONS["periodic"], 0.1)
     assert found.kind == "undecided"
-    assert "exponent 0.1 ± 0.001" in found.reason
+    assert "exponent 0.1 ± 0.002 per period (95 %)" in found.reason
 
 
 def test_closeness_is_kept_on_a_torus_and_lost_in_chaos() -> None:

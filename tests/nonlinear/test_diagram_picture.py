@@ -62,3 +62,11 @@ def test_message__range_in_the_unit_of_the_axis() -> None:
         "pulsating-pair", "rotors.pinion.drive.speed", ["600 rpm", "900 rpm"], ["gear.x"], settle=1, keep=1
     )
     assert "rotors.pinion.drive.speed from 600 to 900 rpm, 2 values" in found.message
+
+
+def test_title__of_the_torsional_pair_has_no_frequency() -> None:
+    """Over the frequency, the title named that of the first value only."""
+    pair = gp.torsional_pair(0.45, force=0.05)
+    found = gp.bifurcation(pair, "torsional_pair.frequency", [0.45, 0.5], ["x"], settle=1, keep=1)
+    title = found.plot()._suptitle.get_text()
+    assert title == "Torsional pair: sections over torsional_pair.frequency"

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import gearplay as gp
+from gearplay.planets.sharing import LoadSharing
+from pictures import faults_of
 from planetary_sets import planetary_document
 
 ERROR = [{"planet": 1, "tangential": 5e-5}]
@@ -50,6 +52,18 @@ def test_a_held_sun_shares_as_statics_say() -> None:
     np.testing.assert_allclose(found["sun_force"].values, expected, rtol=1e-6)
     np.testing.assert_allclose(found["share"].values, expected / expected.sum(), rtol=1e-6)
     assert found["sun_force"].values == pytest.approx(found["ring_force"].values, rel=1e-6)
+
+
+def test_planets_at_one_place__are_drawn_as_one_and_no_minus_0_is_printed() -> None:
+    """A set without errors: planets differ by rounding, and were drawn apart with ticks over each other."""
+    found = gp.load_sharing(case())
+    pins = found.plot().axes[2]
+    places = 1e6 * found.ds["beside_pin"].values
+    assert np.ptp(pins.get_xlim()) > 0.1 * np.hypot(*places[0]) > 1e3 * np.ptp(places, axis=0).max()
+    assert faults_of(found.plot()) == []
+    tiny = found.ds.copy(deep=True)
+    tiny["beside_pin"].values[:, 0] = -3e-9
+    assert "-0.00" not in str(LoadSharing(tiny).rows())
 
 
 @pytest.mark.slow

@@ -315,3 +315,18 @@ def test_contact_states_are_flags_of_cf(tmp_path: Path) -> None:
     expected = found.signal("contact_state", "input-output")
     np.testing.assert_array_equal(again.signal("contact_state", "input-output"), expected)
     assert set(expected) <= {0.0, 1.0, 2.0, 3.0}
+
+
+def test_spectrum__prints_in_one_line_and_as_a_table(result: gp.Result) -> None:
+    """Its fields, some 40 kB of numbers, were printed; the largest line is the one that is there."""
+    found = result.spectrum("ax", rotor="ring")
+    text = repr(found)
+    assert len(text) < 200
+    at = int(np.argmax(found.amplitude))
+    assert f"largest {found.amplitude[at]:.4g} m/s² at {found.frequency[at]:.6g} Hz" in text
+    assert f"{found.frequency.size} to 10000 Hz, 20 Hz apart" in text
+    html = found._repr_html_()
+    assert "<table>" in html
+    assert "<svg" in html
+    assert len(html) < 20_000
+    assert "window hann" in html

@@ -50,3 +50,33 @@ def test_a_diagram_is_a_table_too(tmp_path: Path) -> None:
     for ending in ("csv", "mat"):
         modes.save(tmp_path / f"modes.{ending}")
         assert (tmp_path / f"modes.{ending}").stat().st_size > 100
+
+
+def test_tables_of_chosen_signals_have_these_alone(result: gp.Result, tmp_path: Path) -> None:
+    """Other elements of their signals were columns of NaN in MAT, and statistics of contacts seven vectors without a word."""
+    chosen = ["ring.ax", "pinion.omega"]
+    result.save(tmp_path / "two.mat", signals=chosen)
+    found = loadmat(tmp_path / "two.mat", simplify_cells=True)
+    about = {"units", "dimensions", "attributes", "names"}
+    assert {name for name in found if not name.startswith("__")} == {
+        "time",
+        "ring_ax",
+        "pinion_omega",
+    } | about
+    np.testing.assert_array_equal(found["ring_ax"], result.signal("ax", "ring"))
+    np.testing.assert_array_equal(found["pinion_omega"], result.signal("omega", "pinion"))
+    assert found["units"]["ring_ax"] == "m/s^2"
+    assert found["names"]["ring_ax"] == "ring.ax"
+    assert found["dimensions"]["ring_ax"] == "time"
+    result.save(tmp_path / "two.csv", signals=chosen)
+    rows, head, *_ = (tmp_path / "two.csv").read_text().split("\n")
+    assert (rows, head) == ("# rows = 1000", "time [s],ring.ax [m/s^2],pinion.omega [rad/s]")
+    result.save(tmp_path / "low.mat", sampling=2e4)  # all of them, at another rate
+    assert "share_of_time" in loadmat(tmp_path / "low.mat")
+
+
+def test_mat_of_a_diagram_has_names_of_matlab(tmp_path: Path) -> None:
+    found = gp.section("han2021", ["ring.x"], settle=1, keep=3, period="mesh")
+    found.save(tmp_path / "section.mat")
+    held = loadmat(tmp_path / "section.mat", simplify_cells=True)
+    np.testing.assert_array_equal(held["ring_x"], found.ds["ring.x"].values)

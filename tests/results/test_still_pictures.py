@@ -1,6 +1,8 @@
 """A symmetric set whose sun stays in place but for rounding: the pictures say so and draw no noise."""
 
+import math
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -88,6 +90,59 @@ BEARING = {
     },
     "run": {"duration": 0.02, "sampling": "20 kHz"},
 }
+
+
+HUNTING: dict[str, Any] = {
+    "rotors": {
+        "load": {"mass": 2.0, "inertia": 6e-3, "load": {"drag": 4e-3}, "initial": {"theta": "0.5 deg"}},
+        "motor": {
+            "mass": 0.3,
+            "inertia": 6e-5,
+            "load": {"drag": 5e-5},
+            "initial": {"theta": "2 deg"},
+            "drive": {
+                "kind": "position",
+                "angle": 0.0,
+                "proportional_gain": 0.7,
+                "integral_gain": 2.5,
+                "derivative_gain": 5e-3,
+                "torque_limit": 2.0,
+                "sensor": "load",
+                "speed_sensor": "motor",
+            },
+        },
+    },
+    "couplings": [{"between": ["load", "motor"], "ratio": 0.25, "torsional_stiffness": 20.0, "play": 6e-3}],
+    "run": {"duration": 1.0, "sampling": 2e3},
+}
+
+
+def test_overview_of_an_axis_that_hunts__angle_and_its_spectrum_no_efficiency() -> None:
+    """Its centres cannot move: panels of acceleration were empty. The power into a load that stays in place is no output."""
+    result = gp.simulate(HUNTING)
+    figure = overview_figure(result, time_window(result, None))
+    titles = [ax.get_title(loc="left") for ax in figure.axes]
+    assert titles.count("load: rotation of the rotor") == 2
+    assert all(len(ax.lines[0].get_xdata()) > 100 for ax in figure.axes)
+    assert not any("no change" in words or "no line" in words for words in words_of(figure))
+    assert not result.output.turns
+    assert math.isnan(result.output.values["efficiency"])
+    assert "efficiency" not in " ".join(titles)
+    drive = {
+        **HUNTING["rotors"]["motor"]["drive"],
+        "over_time": {"sine": {"amplitude": 0.5, "frequency": 2.0}},
+    }
+    del drive["angle"]
+    moved = gp.simulate(gp.replace(gp.load_case(HUNTING), {"rotors.motor.drive": drive}))
+    assert not moved.output.turns
+    assert 0.0 < moved.output.values["efficiency"] < 1.0
+
+
+def test_spectrum_of_a_signal_that_is_zero__says_so() -> None:
+    result = gp.simulate(HUNTING, duration=0.1)
+    assert "no line above 1e-6 m/s²" in words_of(
+        spectrum_figure(result, [("ax", "load")], time_window(result, None))
+    )
 
 
 def test_overview_of_a_bearing__shows_the_load_of_its_elements_not_a_constant() -> None:

@@ -302,3 +302,30 @@ def test_torques_without_signs(tmp_path: Path) -> None:
     assert found.case.rotors["input"].drive.kind == "speed"
     assert found.case.rotors["output"].load.torque == pytest.approx(100.0)
     assert said(found, "assumed", "every torque of the file drives")
+
+
+def test_a_gear_without_an_allowance_beside_one_that_has_it_is_noted(tmp_path: Path) -> None:
+    """The pair has backlash from the other gear, and no allowance is assumed: the note says that it counts as 0."""
+    box = Box()
+    first, second = box.shaft("a", (0, 0)), box.shaft("b", (60, 0))
+    span = {
+        "upper_backlash_allowance_referenced_to_span": (-80.0, "mum"),
+        "lower_backlash_allowance_referenced_to_span": (-120.0, "mum"),
+    }
+    box.stage(box.gear(first, 20, **span), box.gear(second, 40), 60.0)
+    found = import_rexs(box.write(tmp_path))
+    assert found.case.rotors["b"].allowance is None
+    assert said(found, "assumed", "no allowance of its tooth thickness", "of the other gear alone")
+    assert not said(found, "both gears")
+
+
+def test_allowances_of_a_set__the_ring_counts_as_none(tmp_path: Path) -> None:
+    box = Box()
+    casing = box.add("gear_casing")
+    sun, _, carrier = planetary(box, casing)
+    box.add("external_load", "", sun, torque_around_u_axis=(10.0, "N m"))
+    box.add("external_load", "", carrier, transmits_torque=True)
+    found = import_rexs(box.write(tmp_path))
+    assert found.case.rotors["stage.ring"].allowance is None
+    assert said(found, "both gears c25")
+    assert sum("no allowance of its tooth thickness" in str(note) for note in found.notes) == 1

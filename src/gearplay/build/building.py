@@ -28,11 +28,13 @@ def build(
     *,
     folder: Path | None = None,
     static: bool = False,
+    waiting: Callable[[Path], None] = lambda _: None,
 ) -> dict[str, Path]:
     """Build the libraries of these sources for some platforms where they are not there; return their files.
 
-    ``folder`` is where they go, that of this installation where None; ``progress`` gets what is done of what there
-    was to do. ``static`` libraries are archives of object files, to be linked into others.
+    ``folder`` is where they go, that of this installation where None; ``progress`` gets what is compiled of all
+    that is compiled, ``waiting`` the folder where another process builds there first. ``static`` libraries are archives of object
+    files, to be linked into others.
 
     Raises `LibraryError` where one cannot be built.
     """
@@ -41,7 +43,7 @@ def build(
         tried = " or ".join(map(str, folders()))
         raise LibraryError(f"No folder for it can be written to ({tried}). Name one: set {WHERE}.")
     place.mkdir(parents=True, exist_ok=True)
-    with _alone(place):
+    with _alone(place, waiting):
         places = {each: place if each == host() else place / each for each in targets}
         found = {each: find(places[each], ARCHIVE if static else TARGETS[each].suffix) for each in targets}
         if None in found.values():
@@ -70,10 +72,14 @@ def _takes_files(folder: Path) -> bool:
 
 
 @contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Hold the lock of a folder, so that one process at a time builds there."""
-    while (handle := try_lock(folder / ".lock")) is None:
+def _alone(folder: Path, waiting: Callable[[Path], None]) -> Iterator[None]:
+    """Hold the lock of a folder, so that one process at a time builds there; ``waiting`` is called once where another has it."""
+    handle = try_lock(folder / ".lock")
+    if handle is None:
+        waiting(folder)
+    while handle is None:
         time.sleep(0.1)
+        handle = try_lock(folder / ".lock")
     try:
         yield
     finally:

@@ -7,7 +7,7 @@ import signal
 import threading
 import uuid
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from importlib import import_module
 from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
@@ -21,6 +21,9 @@ from gearplay.kernels.by_address import FORMS, group_forms
 from gearplay.kernels.compiled_once import KERNELS
 from gearplay.kernels.library import PACKAGE, LibraryError, content_digest, source_files
 from gearplay.vocabulary.cores import worker_count
+
+INTERVAL = 10.0
+"""Longest time [s] between two reports of progress."""
 
 llvm.initialize_all_targets()
 llvm.initialize_all_asmprinters()
@@ -39,8 +42,8 @@ def object_files(
 ) -> dict[str, list[Path]]:
     """Return the object files of all kernels for each platform, kernels in the order of their names; compile missing ones.
 
-    ``folder`` keeps them; what is complete stays there when the build ends early. ``progress`` gets what is done of what there
-    was to do.
+    ``folder`` keeps them; what is complete stays there when the build ends early. ``progress`` gets what there is of all: what
+    was kept at first, then more, at least every `INTERVAL`. It is not called where nothing is missing.
     """
     folder.mkdir(parents=True, exist_ok=True)
     import_kernels()
@@ -49,15 +52,17 @@ def object_files(
     lacking = [name for name in names if None in [_find(folder, key) for key in keys[name].values()]]
     lacking.sort(key=_length, reverse=True)
     if lacking:
-        done, total = 0, sum(map(_length, lacking))
+        total = sum(map(_length, names))
+        done = total - sum(map(_length, lacking))
         progress(done, total)
         workers = min(worker_count(), len(lacking))
         with ProcessPoolExecutor(workers, get_context("spawn"), _begin) as pool:
             try:
                 jobs = {pool.submit(_compile, folder, name, keys[name]): name for name in lacking}
-                for job in as_completed(jobs):
-                    job.result()
-                    done += _length(jobs[job])
+                while jobs:
+                    for job in wait(jobs, INTERVAL, FIRST_COMPLETED).done:
+                        job.result()
+                        done += _length(jobs.pop(job))
                     progress(done, total)
             except BaseException:
                 for process in active_children():

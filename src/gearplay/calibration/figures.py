@@ -225,18 +225,18 @@ def _handles(plan: Plan, fits: Sequence[Fit], colors: Mapping[str, str]) -> dict
     return handles
 
 
-def left_out_figure(plan: Plan, fits: Sequence[Fit], colors: Mapping[str, str]) -> bytes:
-    """Draw the leave-one-out residuals, log10(simulated / measured), by condition, for one reading of the ordinate."""
-    conditions = list(dict.fromkeys(each.condition for fit in fits for each in fit.left_out))
+def predicted_figure(plan: Plan, fits: Sequence[Fit], colors: Mapping[str, str]) -> bytes:
+    """Draw log10(predicted / measured) of each condition predicted from the others, for one reading of the ordinate."""
+    conditions = list(dict.fromkeys(each.condition for fit in fits for each in fit.predicted))
     figure, axes = make_figure(1, 1, 1.6 + 0.22 * len(conditions) * max(2, len(fits)))
     ax, markers = axes[0, 0], markers_of(plan)
-    everything = [abs(r) for f in fits for each in f.left_out for r in each.residuals if math.isfinite(r)]
+    everything = [abs(r) for f in fits for each in f.predicted for r in each.residuals if math.isfinite(r)]
     edge = min(WIDEST, 1.15 * max([*everything, 2.0 * BAND[1]]))
     ax.axvspan(*BAND, color=CLEARANCE, alpha=0.25, linewidth=0)
     ax.axvline(0.0, color=CLEARANCE, linewidth=0.9)
     for at, fit in enumerate(fits):
         shift = 0.7 * ((at + 0.5) / len(fits) - 0.5)
-        for each in fit.left_out:
+        for each in fit.predicted:
             for label, residual in zip(each.labels, each.residuals, strict=True):
                 if not math.isfinite(residual):
                     continue

@@ -21,7 +21,7 @@ FEWER_POINTS = 500  # of the posteriors without a group
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class Prediction:
     """One condition predicted from the others.
 
     ``log_density`` is the log predictive density of its data; ``residuals`` [decades] of the predicted medians, in the order of
@@ -43,13 +43,13 @@ def leave_one_out(
     discrepancy: bool,
     points: int = 1000,
     seed: int = 0,
-) -> list[LeftOut]:
+) -> list[Prediction]:
     """Predict each condition from the posterior of all the others; none of a single condition, which has no others.
 
     The emulator holds simulations only, no data.
     """
     data = surrogate.comparison.data
-    found: list[LeftOut] = []
+    found: list[Prediction] = []
     conditions = list(dict.fromkeys(d.condition for d in data))
     if len(conditions) < 2:
         return found
@@ -64,7 +64,7 @@ def leave_one_out(
 
 def _predict(
     surrogate: Surrogate, posterior: Posterior, inside: NDArray[np.bool_], condition: str
-) -> LeftOut:
+) -> Prediction:
     c = surrogate.comparison
     outside = np.sum(surrogate.log_densities(posterior.points)[:, ~inside], axis=1)
     top = float(np.max(outside))
@@ -73,7 +73,7 @@ def _predict(
     residuals = (median - c.measured)[~inside]
     per_cent = 100.0 * np.abs(10.0**residuals - 1.0)
     frequencies = c.frequencies[~inside]
-    return LeftOut(
+    return Prediction(
         condition,
         density,
         _mean(per_cent[~frequencies]),
@@ -115,7 +115,7 @@ class Standing:
     """Criteria of one model for one reading of the ordinate: information criterion, evidence, leave-one-out densities.
 
     ``bic`` = k ln n - 2 ln L at the best point (Schwarz, Ann. Stat. 6 (1978) 461), ``log_evidence`` ln of the mean
-    likelihood over the prior, ``log_densities`` the log predictive density of each condition left out. Errors are standard
+    likelihood over the prior, ``log_densities`` the log predictive density of each condition from the others. Errors are standard
     ones: that of the evidence from sampling and emulator, that of the sum of the densities from the emulator.
     """
 
@@ -128,7 +128,7 @@ class Standing:
 
     @property
     def predictive(self) -> float:
-        """Sum of the log predictive densities of the conditions left out."""
+        """Sum of the log predictive densities of the conditions from the others."""
         return sum(self.log_densities.values())
 
 
@@ -170,7 +170,7 @@ class PairComparison:
         outcome = f"{self.winner} explains the data better" if self.winner != OPEN else OPEN
         return (
             f"{self.first} against {self.second}: {outcome}. ln odds {self.log_odds:+.1f} ± {_shown(self.log_odds_error)}"
-            f" (decisive beyond ±{STRONG:g}), predictions of left-out conditions {self.predictive:+.1f}"
+            f" (decisive beyond ±{STRONG:g}), predictions of each condition from the others {self.predictive:+.1f}"
             f" ± {_shown(self.predictive_error)} (decisive beyond {CLEAR:g} standard errors), BIC {self.bic:+.1f}."
         )
 

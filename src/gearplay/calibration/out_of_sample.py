@@ -105,7 +105,7 @@ def drifts(
 
 
 @dataclass(frozen=True)
-class HeldOut:
+class LeftOut:
     """One condition simulated at the best trial of all the others: neither the choice nor the factor depends on it.
 
     The search that made the trials was guided by all conditions.
@@ -121,7 +121,7 @@ class HeldOut:
 
 def hold_out(
     problem: Problem, comparison: Comparison, trials: Sequence[Trial], stop: threading.Event | None
-) -> list[HeldOut]:
+) -> list[LeftOut]:
     """Leave out each condition in turn: choose the best point by the others alone, simulate it with fresh members.
 
     None for a plan with one condition. Trials are judged by the other conditions only, with their own common factor.
@@ -139,7 +139,7 @@ def hold_out(
         residuals = whole[0] + factor * comparison.amplitudes - comparison.measured
         outside = [k for k, d in enumerate(comparison.data) if d.condition == name]
         found.append(
-            HeldOut(
+            LeftOut(
                 name,
                 problem.values(unit),
                 tuple(float(residuals[k]) for k in outside),
@@ -149,7 +149,7 @@ def hold_out(
     return found
 
 
-def mean_error(left_out: Sequence[HeldOut], *, frequencies: bool) -> float:
+def mean_error(left_out: Sequence[LeftOut], *, frequencies: bool) -> float:
     """Return the mean error [%] of the amplitudes (or values), or of the frequencies, of conditions left out; NaN without any."""
     residuals = [
         residual

@@ -3,7 +3,7 @@
 import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from functools import cache, partial
 from typing import Any
 
@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 
 from gearplay.calibration.model_comparison import (
     GROUPS,
-    LeftOut,
+    Prediction,
     Standing,
     emulator_errors,
     information_criterion,
@@ -22,7 +22,7 @@ from gearplay.calibration.model_comparison import (
 from gearplay.calibration.objective import Comparison, Measurements, data_of
 from gearplay.calibration.out_of_sample import (
     Drift,
-    HeldOut,
+    LeftOut,
     best_point,
     check,
     drifts,
@@ -66,7 +66,8 @@ class Fit:
 
     ``best`` holds the parameters of the best point in SI, chosen among candidates on fresh members and reported from other
     fresh ones; ``found_errors`` are the mean errors [%] of the search at its best trial, which are too small.
-    ``left_out`` are predictions of the posterior on the emulator, ``held_out`` simulations.
+    ``predicted`` are conditions predicted from the posterior of the others, on the emulator; ``left_out`` are conditions
+    simulated where the others fit best.
     """
 
     model: str
@@ -86,8 +87,8 @@ class Fit:
     scatter: tuple[float, float, float]  # decades: 5, 50, 95 % points of the model's own scatter
     emulator_degree: int
     emulator_error: tuple[float, ...]  # decades, by datum
+    predicted: tuple[Prediction, ...]
     left_out: tuple[LeftOut, ...]
-    held_out: tuple[HeldOut, ...]
     standing: Standing
     history: tuple[float, ...]  # least objective after each trial
     drift: tuple[Drift, ...]  # changes by a longer transient at the best point
@@ -97,8 +98,8 @@ STEPS = (
     "best point",
     "check of the best point",
     "posterior",
+    "conditions predicted",
     "conditions left out",
-    "hold-out",
     "later times",
 )
 """Steps of a fit after the trials, in their order."""
@@ -154,6 +155,7 @@ def run_calibration(
                 model.name,
                 comparison.reading,
                 [asdict(d) for d in data],
+                [field.name for field in fields(Fit)],  # parts of another layout are not read
                 GROUPS,
                 later_than(plan.simulation),
             ]
@@ -207,7 +209,7 @@ def fit_model(
     posterior = sample_posterior(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
     free = number + int(plan.discrepancy) + int(comparison.reading == "unnormalised")
     report(3)
-    left_out = leave_one_out(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
+    predicted = leave_one_out(surrogate, number, discrepancy=plan.discrepancy, seed=plan.effort.seed)
     evidence_error, predictive_error = emulator_errors(
         comparison, own, number, discrepancy=plan.discrepancy, seed=plan.effort.seed
     )
@@ -217,7 +219,7 @@ def fit_model(
     _, variance = comparison.residuals(checked_logs, checked_errors)
     low, middle, high = posterior.quantiles(posterior.points.scatter).tolist()
     report(4)
-    held_out = tuple(hold_out(problem, comparison, good, stop))
+    left_out = tuple(hold_out(problem, comparison, good, stop))
     report(5)
     later = tuple(drifts(problem, comparison, unit, stop))
     return Fit(
@@ -238,14 +240,14 @@ def fit_model(
         scatter=(low, middle, high),
         emulator_degree=surrogate.emulator.degree,
         emulator_error=tuple(float(v) for v in surrogate.error),
-        left_out=tuple(left_out),
-        held_out=held_out,
+        predicted=tuple(predicted),
+        left_out=left_out,
         standing=Standing(
             problem.model.name,
             information_criterion(surrogate, posterior, free),
             posterior.log_evidence,
             math.hypot(posterior.log_evidence_error, evidence_error),
-            {each.condition: each.log_density for each in left_out},
+            {each.condition: each.log_density for each in predicted},
             predictive_error,
         ),
         history=tuple(float(v) for v in np.minimum.accumulate(values)),

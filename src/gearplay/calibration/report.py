@@ -28,10 +28,10 @@ from gearplay.pictures.pages import fixed, render_page
 from gearplay.pictures.words import offset_in, shown_in
 from gearplay.work.pieces import with_digest
 
-PACKAGES = ("gearplay", "numpy", "scipy", "numba", "optuna", "dynesty", "matplotlib")
+PACKAGES = ("gearplay", "numpy", "scipy", "numba", "optuna", "matplotlib")
 COLUMNS = (
     "model", "reading", "condition", "target", "key", "unit", "measured", "simulated",
-    "residual_decades", "error_pct", "ensemble_error_decades", "left_out_residual_decades",
+    "residual_decades", "error_pct", "ensemble_error_decades", "predicted_residual_decades",
 )  # fmt: skip
 
 
@@ -100,7 +100,7 @@ def summary_of(plan: Plan, fits: Sequence[Fit], spans: Spans, conclusion: Conclu
     single = len(plan.conditions) == 1
     errors = "; ".join(
         f"{fit.model} {fixed(fit.amplitude_error, 0)} %"
-        + ("" if single else f" and {fixed(mean_error(fit.held_out, frequencies=False), 0)} %")
+        + ("" if single else f" and {fixed(mean_error(fit.left_out, frequencies=False), 0)} %")
         for fit in own
     )
     which = "on fresh members" if single else "on fresh members, and under conditions left out of the fit"
@@ -173,7 +173,7 @@ def _version(package: str) -> str:
 
 
 def _fit_document(plan: Plan, fit: Fit, spans: Sequence[Span]) -> dict[str, Any]:
-    """Return one fit with the additions of the report: units, bounds, verdicts, and means over the left-out conditions.
+    """Return one fit with the additions of the report: units, bounds, verdicts, means over conditions.
 
     Numbers are in SI; of the unit shown there are ``shown_factor`` in one of SI, 0 in SI is
     ``shown_offset``.
@@ -204,14 +204,14 @@ def _fit_document(plan: Plan, fit: Fit, spans: Sequence[Span]) -> dict[str, Any]
             **asdict(row),
             "unit": datum_unit(plan, fit.reading, row),
             "error": row.error,
-            "left_out_residual": predicted.get((row.condition, row.target, row.key), math.nan),
+            "predicted_residual": predicted.get((row.condition, row.target, row.key), math.nan),
         }
         for row in fit.rows
     ]
-    held["left_out_amplitude_error"] = _mean([each.amplitude_error for each in fit.left_out])
-    held["left_out_frequency_error"] = _mean([each.frequency_error for each in fit.left_out])
-    held["held_out_amplitude_error"] = mean_error(fit.held_out, frequencies=False)
-    held["held_out_frequency_error"] = mean_error(fit.held_out, frequencies=True)
+    held["predicted_amplitude_error"] = _mean([each.amplitude_error for each in fit.predicted])
+    held["predicted_frequency_error"] = _mean([each.frequency_error for each in fit.predicted])
+    held["left_out_amplitude_error"] = mean_error(fit.left_out, frequencies=False)
+    held["left_out_frequency_error"] = mean_error(fit.left_out, frequencies=True)
     held["standing"]["predictive"] = fit.standing.predictive
     return held
 
@@ -220,7 +220,7 @@ def _predicted(fit: Fit) -> dict[tuple[str, ...], float]:
     """Return the residual [decades] of each datum predicted from the other conditions."""
     return {
         (each.condition, *label.rsplit(", ", 2)[1:]): residual
-        for each in fit.left_out
+        for each in fit.predicted
         for label, residual in zip(each.labels, each.residuals, strict=True)
     }
 
@@ -238,8 +238,8 @@ def residuals_csv(plan: Plan, fits: Sequence[Fit]) -> str:
     for fit in fits:
         predicted = _predicted(fit)
         for row in fit.rows:
-            left_out = predicted.get((row.condition, row.target, row.key), math.nan)
-            numbers = (row.measured, row.simulated, row.residual, row.error, row.ensemble_error, left_out)
+            foretold = predicted.get((row.condition, row.target, row.key), math.nan)
+            numbers = (row.measured, row.simulated, row.residual, row.error, row.ensemble_error, foretold)
             unit = datum_unit(plan, fit.reading, row)
             writer.writerow(
                 [fit.model, fit.reading, row.condition, row.target, row.key, unit]
@@ -262,8 +262,8 @@ def draw_figures(plan: Plan, fits: Sequence[Fit], spans: Spans) -> dict[str, byt
         found[f"match-{reading}"] = figures_of.match_figure(
             plan, own, partial(datum_unit, plan, reading), colors
         )
-        if any(fit.left_out for fit in own):
-            found[f"left-out-{reading}"] = figures_of.left_out_figure(plan, own, colors)
+        if any(fit.predicted for fit in own):
+            found[f"predicted-{reading}"] = figures_of.predicted_figure(plan, own, colors)
     return found
 
 

@@ -9,7 +9,7 @@ from gearplay.files.atomic import shown_path
 from gearplay.model.bundled import bundled, bundled_text
 from gearplay.model.case import Case
 from gearplay.model.reading import bundled_names
-from gearplay.model.toml_files import parse_toml, plain_copy, read_text
+from gearplay.model.toml_files import parse_toml, plain_copy, toml_text
 from gearplay.vocabulary.errors import InputError, shorten
 from gearplay.vocabulary.suggestions import did_you_mean
 
@@ -36,7 +36,7 @@ def plan_document(source: Source, package: str) -> dict[str, Any]:
         rule = "must be a bundled plan or the path of a file"
         raise InputError.of("plan", name, rule, did_you_mean(name, known, "Plans"))
     else:
-        text, where = read_text(Path(name), what="plan"), shorten(Path(name).name)
+        text, where = toml_text(Path(name), what="plan"), shorten(Path(name).name)
     document: dict[str, Any] = plain_copy(parse_toml(text, where))
     if name not in known and isinstance(case := document.get("case"), str) and case not in bundled_names():
         document["case"] = _case_path(Path(name), case)

@@ -27,14 +27,38 @@ def mat_bytes(variables: Mapping[str, Any]) -> bytes:
 
 
 def dataset_as_mat(dataset: "xr.Dataset") -> bytes:
-    """Return a dataset as MAT: its variables, and the structures ``units``, ``dimensions`` and ``attributes``."""
-    held = {str(name): _plain(variable.values) for name, variable in dataset.variables.items()}
+    """Return a dataset as MAT: its variables, and the structures ``units``, ``dimensions`` and ``attributes``.
+
+    Where a name is none of MATLAB, as ``ring.ax``, it becomes ``ring_ax``, and the structure ``names`` has the own ones.
+    """
+    named = _matlab_names([str(name) for name in dataset.variables])
+    held = {named[str(name)]: _plain(variable.values) for name, variable in dataset.variables.items()}
     about = {
-        "units": {str(n): str(v.attrs.get("units", "")) for n, v in dataset.variables.items()},
-        "dimensions": {str(n): " ".join(map(str, v.dims)) for n, v in dataset.variables.items()},
+        "units": {named[str(n)]: str(v.attrs.get("units", "")) for n, v in dataset.variables.items()},
+        "dimensions": {named[str(n)]: " ".join(map(str, v.dims)) for n, v in dataset.variables.items()},
+        **(
+            {"names": {other: own for own, other in named.items()}}
+            if any(a != b for a, b in named.items())
+            else {}
+        ),
         "attributes": {re.sub(r"\W", "_", str(k)): _plain(np.asarray(v)) for k, v in dataset.attrs.items()},
     }
     return mat_bytes(held | about)
+
+
+def _matlab_names(names: list[str]) -> dict[str, str]:
+    """Return names of MATLAB, all different, by the own ones.
+
+    >>> _matlab_names(["time", "ring.ax", "ring-ax", "2nd.x"])
+    {'time': 'time', 'ring.ax': 'ring_ax', 'ring-ax': 'ring_ax_2', '2nd.x': 'x2nd_x'}
+    """
+    found: dict[str, str] = {}
+    for name in names:
+        plain = re.sub(r"\W", "_", name, flags=re.ASCII)
+        plain = plain if re.match("[A-Za-z]", plain) else f"x{plain}"
+        unused = (plain if n == 1 else f"{plain}_{n}" for n in itertools.count(1))
+        found[name] = next(each for each in unused if each not in found.values())
+    return found
 
 
 def _plain(values: Any) -> Any:

@@ -7,6 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearplay.model.reading import load_case
 from gearplay.pictures.canvas import (
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
     from gearplay.model.case import Case
 
+Floats = NDArray[np.float64]
 ROTOR = 0.15
 """Radius of a rotor without gears, of the mechanism's size."""
 SWING = 0.16
@@ -36,6 +38,9 @@ SWING = 0.16
 COLUMNS = 4
 OUTPUTS = 6
 """Most outputs of a family of responses that are drawn."""
+NAMES_APART = 0.035
+"""Least distance of names of orders at the right end, of the axis' height."""
+CROSSING = "#222222"
 KINDS = ("rotational", "translational", "planet", "mixed", "torsional", "lateral", "coupled")
 
 
@@ -116,14 +121,13 @@ def shapes_drawing(ds: xr.Dataset, *, most: int = 12) -> Any:
         ax.set_axis_off()
         text = f"{ds['frequency'].values[m]:.5g} Hz\n{ds['kind'].values[m]}"
         ax.set_title(plain(text), fontsize=SMALL)
-    set_legend(
-        figure,
-        {
-            "nominal place": legend_mark(CLEARANCE, line="-"),
-            "mode shape, gears and shafts": legend_mark(COUPLED, line="-"),
-            "mode shape, rings": legend_mark(UNCOUPLED, line="-"),
-        },
-    )
+    handles = {
+        "nominal place": legend_mark(CLEARANCE, line="-"),
+        "mode shape, gears and shafts": legend_mark(COUPLED, line="-"),
+    }
+    if any(d.ring for d in discs):
+        handles["mode shape, rings"] = legend_mark(UNCOUPLED, line="-")
+    set_legend(figure, handles)
     set_title(figure, f"{words_of(ds, 'Modes')}: shapes of the first {len(moving)} modes")
     return figure
 
@@ -139,30 +143,17 @@ def campbell_drawing(ds: xr.Dataset) -> Any:
     figure, axes = make_figure(1, 1, 5.0)
     ax = axes[0, 0]
     rpm = 30.0 / np.pi * ds["speed"].values
-    present = {str(k) for k in ds["kind"].values}
-    colors = {kind: color for kind, color in zip(KINDS, PALETTE, strict=False) if kind in present}
     frequency = ds["frequency"].values
-    for m in range(frequency.shape[1]):
-        if frequency[:, m].max() > 0.0:
-            ax.plot(rpm, frequency[:, m], color=colors[str(ds["kind"].values[m])], linewidth=1.4)
+    moving = [m for m in range(frequency.shape[1]) if frequency[:, m].max() > 0.0]
+    present = {str(ds["kind"].values[m]) for m in moving}
+    colors = {kind: color for kind, color in zip(KINDS, PALETTE, strict=False) if kind in present}
+    for m in moving:
+        ax.plot(rpm, frequency[:, m], color=colors[str(ds["kind"].values[m])], linewidth=1.4)
     top = 1.1 * float(frequency.max(initial=1.0))
-    for k, name in enumerate(ds["order"].values):
-        line = ds["order_frequency"].values[:, k]
-        ax.plot(rpm, line, color=CLEARANCE, linewidth=0.8, linestyle="--")
-        inside = np.flatnonzero(line <= top)
-        if inside.size and line[inside[-1]] > 0.02 * top:
-            at = inside[-1]
-            ax.annotate(
-                plain(short(str(name), 28)),
-                (rpm[at], line[at]),
-                fontsize=SMALL - 1,
-                color="#555a66",
-                ha="right",
-                va="bottom",
-            )
+    _draw_orders(ax, ds, rpm, top)
     ax.plot(
         30.0 / np.pi * ds["crossing_speed"].values, ds["crossing_frequency"].values, "o",
-        markersize=4, markerfacecolor="white", color="#222222", linestyle="none",
+        markersize=4, markerfacecolor="white", color=CROSSING, linestyle="none",
     )  # fmt: skip
     ax.set_ylim(0.0, top)
     ax.set_xlim(rpm[0], rpm[-1])
@@ -171,12 +162,31 @@ def campbell_drawing(ds: xr.Dataset) -> Any:
     handles = {f"{kind} modes": legend_mark(color, line="-") for kind, color in colors.items()}
     handles |= {
         "orders of excitation": legend_mark(CLEARANCE, line="--"),
-        "crossings": legend_mark("#222222", marker="o"),
+        "crossings": legend_mark(CROSSING, marker="o", hollow=True),
     }
     set_legend(figure, handles)
     seen = ", seen from the turning carrier" if int(ds.attrs["turning"]) else ""
     set_title(figure, f"{words_of(ds, 'Campbell diagram')}: natural frequencies over speed{seen}")
     return figure
+
+
+def _draw_orders(ax: Any, ds: xr.Dataset, rpm: Floats, top: float) -> None:
+    """Draw orders of excitation as rays, with their names at the right end one above the other, or at the top."""
+    free = 0.0
+    for k in np.argsort(ds["order_frequency"].values[-1], kind="stable"):
+        line = ds["order_frequency"].values[:, k]
+        ax.plot(rpm, line, color=CLEARANCE, linewidth=0.8, linestyle="--")
+        inside = np.flatnonzero(line <= top)
+        if not inside.size:
+            continue
+        name, at = plain(short(str(ds["order"].values[k]), 28)), inside[-1]
+        if at == len(rpm) - 1:
+            free = max(float(line[at]), free)
+            place, side = (1.01, free), {"xycoords": ("axes fraction", "data"), "ha": "left", "va": "center"}
+            free += NAMES_APART * top
+        else:
+            place, side = (rpm[at], line[at]), {"ha": "right", "va": "bottom"}
+        ax.annotate(name, place, fontsize=SMALL - 1, color="#555a66", annotation_clip=False, **side)
 
 
 def family_drawing(ds: xr.Dataset) -> Any:

@@ -17,7 +17,7 @@ from gearplay.model.file_kinds import check_kind
 from gearplay.model.item_names import numbered
 from gearplay.model.overrides import apply_change, parse_override
 from gearplay.model.tables import brings_file, with_tables, without_replaced
-from gearplay.model.toml_files import parse_toml, plain_copy, read_text, write_toml
+from gearplay.model.toml_files import parse_toml, plain_copy, toml_text, write_toml
 from gearplay.model.torsional_pair import FIELD, PARTS, speed_fault
 from gearplay.model.wording import translate
 from gearplay.parts.mesh.schema import Mesh
@@ -226,7 +226,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[dict[
             close = did_you_mean(name, known, "Bundled cases")
             every = f"{close} Bundled cases: {', '.join(known)}" if close.endswith("?") else close
             raise InputError.of("case", name, rule, every)
-        text, where, folder = read_text(path), shorten(path.name), path.parent
+        text, where, folder = toml_text(path), shorten(path.name), path.parent
     document: dict[str, Any] = plain_copy(parse_toml(text, where))
     check_kind(document, "case", "case", where)
     if "case" in document and not document.keys() & {"rotors", "planetary", FIELD}:

@@ -7,6 +7,7 @@ text first: one pass over its tokens, without recursion.
 from __future__ import annotations
 
 import json
+import os
 import re
 import stat
 import tomllib
@@ -18,6 +19,12 @@ from gearplay.vocabulary.errors import NO_VALUE, Fault, InputError, shorten
 
 LARGEST_FILE: Final = 256 * 1024
 """Largest case file [bytes]."""
+
+OTHERS: Final[Mapping[str, tuple[str, ...]]] = {
+    "table": (".csv", ".tsv", ".asc", ".xls", ".xlsx"),
+    "record": (".wav", ".wave", ".mat", ".uff", ".unv", ".tdms", ".mf4", ".mdf", ".npy", ".npz"),
+}
+"""Extensions of files that are given by mistake, by what they are."""
 
 DEEPEST: Final = 16
 """Deepest nesting of tables and lists."""
@@ -63,6 +70,16 @@ def read_text(path: Path, *, what: str = "case") -> str:
     except UnicodeDecodeError as error:
         rule = f"must be UTF-8 text, but byte {error.start} is not"
         raise InputError.of(what, where, rule, "Save the file as UTF-8") from None
+
+
+def toml_text(path: Path, *, what: str = "case") -> str:
+    """Return the text of a TOML file as `read_text` does; `InputError` for one that is a table or a record by its extension."""
+    kind = next((kind for kind, suffixes in OTHERS.items() if path.suffix.lower() in suffixes), None)
+    if kind is not None and os.path.isfile(path):
+        rule = f"must be a {what} in TOML, but this is a {kind} by its extension"
+        cure = f"Give the TOML file of the {what}; gearplay.read_measurement and gearplay analyze read records and tables"
+        raise InputError.of(what, shorten(str(path)), rule, cure)
+    return read_text(path, what=what)
 
 
 def lines_of(at: str, path: Path) -> Iterator[tuple[int, list[str]]]:

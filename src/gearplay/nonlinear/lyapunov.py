@@ -86,7 +86,7 @@ class Exponents(Tabled):
     def rows(self) -> Sequence[tuple[str, str]]:
         """Return a line for each exponent."""
         each = enumerate(zip(self.values, self.errors, strict=True), 1)
-        return [(f"exponent {n}", f"{value:.4g} ± {half:.2g} 1/s") for n, (value, half) in each]
+        return [(f"exponent {n}", f"{value:.4g} ± {half:.2g} 1/s (95 %)") for n, (value, half) in each]
 
     def plot(self, *, ax: "Axes | None" = None) -> "Axes":
         """Draw the exponents with their 95 % intervals."""

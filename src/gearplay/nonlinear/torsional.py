@@ -77,7 +77,7 @@ def torsional_pair(
     period = 2.0 * math.pi / omega if omega > 0.0 else 1.0
     return load_case(
         {
-            "title": f"Torsional pair, frequency {frequency:g}",
+            "title": "Torsional pair",
             FIELD: numbers,
             "run": {
                 "duration": 100.0 * period,

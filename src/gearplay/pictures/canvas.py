@@ -105,8 +105,9 @@ def set_legend(figure: Any, handles: Mapping[str, Any]) -> None:
                   ncols=min(columns, len(names)), fontsize=SMALL, frameon=False)  # fmt: skip
 
 
-def legend_mark(color: str, *, marker: str = "", line: Any = "none") -> Any:
-    """Return a line or marker for a legend."""
+def legend_mark(color: str, *, marker: str = "", line: Any = "none", hollow: bool = False) -> Any:
+    """Return a line or marker for a legend, white inside where it is ``hollow``."""
     from matplotlib.lines import Line2D
 
-    return Line2D([], [], color=color, marker=marker, linestyle=line, markersize=5)
+    face = "white" if hollow else color
+    return Line2D([], [], color=color, marker=marker, linestyle=line, markersize=5, markerfacecolor=face)

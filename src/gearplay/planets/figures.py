@@ -8,11 +8,15 @@ import numpy as np
 
 from gearplay.pictures.canvas import PALETTE, SMALL, legend_mark, make_figure, set_legend, set_title
 from gearplay.pictures.extremes import thinned_path
-from gearplay.pictures.style import CLEARANCE, MOST_POINTS
+from gearplay.pictures.style import CLEARANCE, MOST_POINTS, STILL
 from gearplay.pictures.words import plain
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+LEAST_REACH = 0.1
+"""Least half-width of a panel of displacements, of the distance of its middle from 0: closer ones are drawn as one place."""
 
 
 def sharing_drawing(ds: xr.Dataset) -> Any:
@@ -42,7 +46,7 @@ def _factors(ax: Any, ds: xr.Dataset, colors: list[str]) -> None:
     ax.bar(range(len(factor)), factor, color=colors, width=0.6, yerr=spread, ecolor="#222222", capsize=3)
     ax.axhline(1.0, color=CLEARANCE, linewidth=1.0, linestyle="--")
     ax.set_xticks(range(len(factor)), [str(k + 1) for k in range(len(factor))])
-    ax.set_xlabel("planet", fontsize=SMALL)
+    ax.set_xlabel("number of the planet", fontsize=SMALL)
     ax.set_ylabel(
         "load-sharing factor [1], with its spread" if spread is not None else "load-sharing factor [1]",
         fontsize=SMALL,
@@ -64,7 +68,7 @@ def _forces(ax: Any, ds: xr.Dataset, colors: list[str], *, moving: bool) -> None
     else:
         ax.bar(range(len(colors)), 1e-3 * ds["sun_force"].values, color=colors, width=0.6)
         ax.set_xticks(range(len(colors)), [str(k + 1) for k in range(len(colors))])
-        ax.set_xlabel("planet", fontsize=SMALL)
+        ax.set_xlabel("number of the planet", fontsize=SMALL)
     low, high = ax.get_ylim()
     ax.set_ylim(min(0.0, low), 1.1 * high)
     ax.set_ylabel("force of the sun's mesh [kN]", fontsize=SMALL)
@@ -80,7 +84,7 @@ def _pins(ax: Any, ds: xr.Dataset, colors: list[str], *, moving: bool) -> None:
             x, y = (1e6 * ds["beside_pin_history"].values[k][axis] for axis in range(2))
             ax.plot(*thinned_path(x, y, MOST_POINTS), color=color, linewidth=0.6)
         ax.plot(*(1e6 * ds["beside_pin"].values[k]), "o", color=color, markersize=4)
-    ax.set_aspect("equal", adjustable="datalim")
+    _frame(ax)
     ax.set_xlabel("planet in its pin, outwards [µm]", fontsize=SMALL)
     ax.set_ylabel("ahead [µm]", fontsize=SMALL)
 
@@ -100,6 +104,21 @@ def _floats(ax: Any, ds: xr.Dataset, *, moving: bool) -> None:
         ax.text(
             0.5, 0.5, "sun, ring and carrier are held", ha="center", transform=ax.transAxes, fontsize=SMALL
         )
-    ax.set_aspect("equal", adjustable="datalim")
+    _frame(ax)
     ax.set_xlabel("floating members, x [µm]", fontsize=SMALL)
     ax.set_ylabel("y [µm]", fontsize=SMALL)
+
+
+def _frame(ax: Any) -> None:
+    """Set equal scales for displacements [µm], none on which rounding is drawn as a difference."""
+    box = ax.dataLim
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.locator_params(nbins=5)
+    if not np.all(np.isfinite(box.get_points())):  # nothing is drawn
+        return
+    x, y = 0.5 * (box.x0 + box.x1), 0.5 * (box.y0 + box.y1)
+    least = max(LEAST_REACH * float(np.hypot(x, y)), 1e6 * STILL["m"])
+    if 0.5 * max(box.width, box.height) < least:
+        ax.set_xlim(x - least, x + least)
+        ax.set_ylim(y - least, y + least)
+        ax.set_aspect("equal", adjustable="box")  # no fixed limits are widened

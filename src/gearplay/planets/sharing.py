@@ -86,7 +86,7 @@ class LoadSharing(OfDataset):
         ds, found = self.dataset, []
         for k, name in enumerate(ds["planet"].values):
             spread = f" ± {float(ds['factor_spread'].values[k]):.3g}" if "factor_spread" in ds else ""
-            radial, tangential = 1e6 * ds["beside_pin"].values[k]
+            radial, tangential = np.round(1e6 * ds["beside_pin"].values[k], 2) + 0.0  # no -0
             found.append(
                 (
                     str(name),

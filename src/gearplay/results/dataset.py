@@ -165,6 +165,21 @@ def _block(runs: Sequence[Trajectory], table: SignalTable, length: int) -> NDArr
     return np.stack(parts) if len(runs) > 1 else parts[0]
 
 
+def chosen_signals(dataset: "xr.Dataset", columns: Sequence[Column]) -> "xr.Dataset":
+    """Return the signals of a run that are ``columns``, each of one element: ``ring.ax``, shape [time] or [member, time].
+
+    Nothing else is left but time and members: neither other elements nor statistics of contacts.
+    """
+    found = {
+        c.signal if c.dimension == "base" else f"{c.label}.{c.signal}": dataset[c.signal]
+        if c.dimension == "base"
+        else dataset[c.signal].sel({c.dimension: c.label}, drop=True)
+        for c in columns
+    }
+    kept = [name for name in ("time", "member", "member_status") if name in dataset.coords]
+    return dataset[kept].assign(found)
+
+
 @enough_memory()
 def to_dataset(case: Case, packed: Packed, runs: Sequence[Trajectory]) -> "xr.Dataset":
     """Return the runs as one dataset: dimensions time, rotor, sleeve, mesh, contact, and member for an ensemble.

@@ -213,7 +213,7 @@ def draw_spectrum(
     still = largest <= STILL.get(quantity.unit, 0.0)
     if still:
         ax.set_ylim(0.0, 1.0)
-        if largest > 0.0:
+        if quantity.unit in STILL:
             note_still(ax, quantity.unit, "line")
     else:
         ax.semilogy(*extremes(f, a, MOST_POINTS // 2), color=COUPLED, linewidth=0.7)
@@ -277,8 +277,8 @@ def overview_figure(result: "Result", window: Window) -> Any:
     rotor = free[0] if free else shaft.rotor
     mesh = next((each for each in case.meshes if rotor in each.rotors), None) or next(iter(case.meshes), None)
     couplings = (each for each in held if each[0] == "coupling_torque")
-    signals = [("ax", rotor), *couplings, ("omega", rotor), held[0]]
-    fast = next(each for each in signals if each in held)
+    first = ("ax" if free else "omega" if shaft.turns else "theta", rotor)
+    fast = next(each for each in (first, *couplings, ("omega", rotor), held[0]) if each in held)
     flanks = ("drive_force", "back_force", "backlash")
     result.runs[0].compute([fast, *((signal, mesh.label) for signal in flanks if mesh is not None)])
     figure, axes = make_figure(3, 2, 8.6, width=10.0)
@@ -307,7 +307,10 @@ def overview_figure(result: "Result", window: Window) -> Any:
         draw_history(forces, result, *shown, window)
     second = ("backlash", mesh.label) if mesh is not None and ("backlash", mesh.label) in held else fast
     draw_history(history, result, *(second if moves(result, *second) else fast), window)
-    heard = fast if moves(result, *fast) or mesh is None else ("drive_force", mesh.label)
+    force = (
+        ("drive_force", mesh.label) if mesh is not None and (not free or not moves(result, *fast)) else fast
+    )
+    heard = force if force in held else fast
     draw_spectrum(spectrum, result, *heard, window)
     title_figure(figure, result, "overview", window, key_of(case))
     return figure

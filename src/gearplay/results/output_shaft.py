@@ -104,6 +104,11 @@ class OutputShaft:
         return found
 
     @property
+    def turns(self) -> bool:
+        """Whether the shaft turns on, so that its mean speed is more than half its peak-to-peak speed; not where it hunts."""
+        return turns_on(self.values["mean_speed"], self.values["speed_ripple"])
+
+    @property
     def note(self) -> str:
         """Note on the efficiency; empty where the case has friction of teeth or sleeves."""
         if not (math.isfinite(self.values["efficiency"]) and self.frictionless):
@@ -124,6 +129,11 @@ class OutputShaft:
 def scale_of(unit: str, largest: float) -> tuple[str, float]:
     """Return the display unit of angles [rad] or powers [W] up to ``largest``, and its number in one SI unit."""
     return next((each for each in SCALES[unit] if largest * each[1] >= 1.0), SCALES[unit][-1])
+
+
+def turns_on(mean: float, ripple: float) -> bool:
+    """Return whether a speed of this mean and peak-to-peak value [rad/s] keeps its direction, about."""
+    return abs(mean) > 0.5 * ripple
 
 
 def _mean(values: Floats) -> float:
@@ -253,7 +263,7 @@ def _member(
     delivered = brake - load - drive
     inertia = case.rotors[at].inertia
     torque = 0.5 * (delivered[1:] + delivered[:-1]) + inertia * rate * np.diff(omega)
-    turns = abs(found["mean_speed"]) > 0.5 * found["speed_ripple"]
+    turns = turns_on(found["mean_speed"], found["speed_ripple"])
     sense = math.copysign(1.0, found["mean_speed"] if turns else float(np.mean(torque)))
     if at != lead and math.isfinite(ratio):
         error = theta - ratio * turned - start
@@ -267,7 +277,8 @@ def _member(
         "torque_ripple": float(np.ptp(torque)),
         "output_power": power,
     }
-    if power > 0.0:
+    guided = turns or any(getattr(rotor.drive, "over_time", None) for rotor in case.rotors.values())
+    if power > 0.0 and guided:  # a shaft that hunts about a place delivers nothing on purpose
         found["efficiency"] = power / (power + max(lost, 0.0))
     return found
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearplay.files.atomic import shown_path
-from gearplay.files.netcdf import check_ending, is_table, open_dataset
+from gearplay.files.netcdf import check_ending, is_table, open_dataset, write_dataset
 from gearplay.files.stored import Stored
 from gearplay.model.case import Case
 from gearplay.model.pack import pack
@@ -132,7 +132,7 @@ class Result(MemberSignals):
             Whether an existing file may be replaced.
         signals
             Signals to write as samples, ``ax`` or ``ring.ax``. By default those that `simulate` was given; else all of them, at
-            so low a rate that they take 4 kB per simulated second.
+            so low a rate that they take 4 kB per simulated second. Tables have a column for each, and no statistics of contacts.
         sampling
             Rate of these samples [Hz]; that of the record if not given.
         full
@@ -160,7 +160,11 @@ class Result(MemberSignals):
         full = full or (is_table(path) and signals is None and sampling is None)
         plain = samples_to_write(pack(self.case), self.runs, signals, sampling, self._lack, full=full)
         if is_table(path):
-            Result(self.case, plain)._write(path, overwrite=overwrite)
+            from gearplay.results.dataset import chosen_signals
+
+            made = Result(self.case, plain).ds
+            made = made if signals is None else chosen_signals(made, plain[0].columns)
+            write_dataset(made, Path(path), overwrite=overwrite)
         else:
             with enough_memory():
                 write_run(self.case, self.runs, plain, Path(path), overwrite=overwrite)

@@ -8,13 +8,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from gearplay.pictures.words import shown_in
 from gearplay.vocabulary.errors import InputError
 
 Floats = NDArray[np.float64]
 NORMALISATIONS = ("amplitude", "unnormalised")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Spectrum:
     """An amplitude spectrum of one record or of an ensemble, as `amplitude_spectrum` and `ensemble_spectrum` return it.
 
@@ -56,6 +57,37 @@ class Spectrum:
     def resolution(self) -> float:
         """Distance of two lines [Hz]."""
         return float(self.frequency[1] - self.frequency[0])
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return lines, largest one and how it was made, as name and text."""
+        at = int(np.argmax(self.amplitude))
+        unit, factor = (
+            ("", 1.0)
+            if self.normalisation == "unnormalised"
+            else shown_in(self.unit, float(self.amplitude[at]))
+        )
+        made = f"{self.normalisation}, window {self.window}" + (
+            f", {self.members} members" if self.members > 1 else ""
+        )
+        return [
+            (
+                "lines",
+                f"{self.frequency.size} to {self.frequency[-1]:.6g} Hz, {self.resolution:.4g} Hz apart",
+            ),
+            (
+                "largest",
+                f"{factor * self.amplitude[at]:.4g} {unit}".rstrip() + f" at {self.frequency[at]:.6g} Hz",
+            ),
+            ("normalisation", made),
+        ]
+
+    def __repr__(self) -> str:
+        return f"<gearplay spectrum: {'; '.join(f'{name} {text}' for name, text in self.rows())}>"
+
+    def _repr_html_(self) -> str:
+        from gearplay.pictures.pages import html_table, sparkline
+
+        return html_table(self.rows()) + sparkline(self.amplitude, "amplitude over frequency")
 
 
 def amplitude_spectrum(

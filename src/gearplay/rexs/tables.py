@@ -198,9 +198,13 @@ class Tables:
             table.add(key, value)
 
     def allow(self, pairs: list[Pair]) -> None:
-        """Assume allowances where no gear of a pair has one: without them it would have no backlash."""
+        """Assume allowances where no gear of a pair has one, as it had no backlash; note where one gear has none."""
         for pair in pairs:
-            if any("allowance" in gear.fields for gear in (pair.first, pair.second)):
+            bare = [gear for gear in (pair.first, pair.second) if "allowance" not in gear.fields]
+            if len(bare) < 2:
+                for gear in bare:
+                    text = "no allowance of its tooth thickness in the file: 0, so that backlash is of the other gear alone"
+                    self.notes.assume(text, gear.component)
                 continue
             pair.first.fields["allowance"] = pair.second.fields["allowance"] = self.allowance
             text = f"no allowance of tooth thicknesses in the file, and so no backlash: both gears {self.allowance} of DIN 3967"

@@ -17,7 +17,7 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from gearplay.model.case import Case
 from gearplay.model.file_kinds import check_kind
-from gearplay.model.toml_files import parse_toml, plain_copy, read_text
+from gearplay.model.toml_files import parse_toml, plain_copy, toml_text
 from gearplay.model.wording import translate
 from gearplay.parts.mesh.train import geometry
 from gearplay.rig.housing_paths import HousingPath, with_files
@@ -320,7 +320,7 @@ def _document(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, A
     if not isinstance(name, str):
         raise InputError.of("rig", name, "must be a path or a table", "Pass one of these")
     path = Path(name)
-    return with_files(plain_copy(parse_toml(read_text(path), shorten(path.name))), path.parent)  # type: ignore[no-any-return]
+    return with_files(plain_copy(parse_toml(toml_text(path, what="rig"), shorten(path.name))), path.parent)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True)

@@ -151,10 +151,14 @@ class Measure:
         text = {"type": "string", "maxLength": LONGEST, "description": "number and unit"}
         return {"anyOf": [number, text], "description": f"{self.about} [{unit}]", "x-unit": unit}
 
-    def _within(self, value: float, *, text: bool = False) -> float:
+    def _holds(self, value: float) -> bool:
+        """Return whether a value [SI] keeps to all bounds."""
         low_ok = (self.gt is None or value > self.gt) and (self.ge is None or value >= self.ge)
         high_ok = (self.lt is None or value < self.lt) and (self.le is None or value <= self.le)
-        if not (low_ok and high_ok):
+        return low_ok and high_ok
+
+    def _within(self, value: float, *, text: bool = False) -> float:
+        if not self._holds(value):
             _refuse_here(f"must be {self._range()}", self._advice(value, text=text))
         largest = math.inf if self.quantity is None else LARGEST.get(self.quantity.name, math.inf)
         if abs(value) > largest:
@@ -189,6 +193,8 @@ class Measure:
             return f"{celsius or 'Correct it; '}absolute zero is {-ICE:g} degC"
         if value < 0.0 and (self.gt == 0.0 or self.ge == 0.0):
             return "Remove the minus sign or check what the field means"
+        if self.quantity is q.ANGLE and not text and self._holds(math.radians(value)):
+            return f'A plain number is in rad: write "{value:g} deg" if these are degrees'
         return "Choose a value in this range"
 
 

@@ -82,6 +82,8 @@ FACTORS: Final[Mapping[str, _Factors]] = MappingProxyType({
 })  # fmt: skip
 """Exact factors of common units, so that an everyday case never waits for pint."""
 
+USUAL: Final = {"rad": "deg or rad", "rad/s": "rpm, rev/s or rad/s"}
+"""Units that messages name where the SI unit is not the usual one."""
 CELSIUS: Final = ("degC", "°C", "C")
 """Units of a temperature that count from the melting point of ice."""
 ICE: Final = 273.15
@@ -287,7 +289,7 @@ def _pint_factor(unit: str, si_unit: str, long_name: str) -> float:
     """Return the factor from `unit` to `si_unit` (both in pint's spelling)."""
     foreign = UnitError(
         f"is not {_article(long_name)} {long_name}",
-        f"Use a unit such as {si_unit}" if si_unit != "1" else "Use %",
+        _usual(si_unit) if si_unit != "1" else "Use %",
     )
     with _registry_lock:
         registry = _registry()
@@ -304,14 +306,17 @@ def _pint_factor(unit: str, si_unit: str, long_name: str) -> float:
         except UnitError:
             raise
         except Exception:  # pint raises many kinds: undefined units, overflow, offset units
-            raise UnitError(f"has an unknown unit '{unit}'", f"Use a unit such as {si_unit}") from None
+            raise UnitError(f"has an unknown unit '{unit}'", _usual(si_unit)) from None
     if shifted != 0.0 or not math.isclose(double, 2.0 * factor, rel_tol=1e-12):
-        raise UnitError(
-            f"has a unit with an offset or a logarithm, '{unit}'", f"Use a unit such as {si_unit}"
-        )
+        raise UnitError(f"has a unit with an offset or a logarithm, '{unit}'", _usual(si_unit))
     if not (math.isfinite(factor) and factor > 0.0):
         raise foreign
     return float(factor)
+
+
+def _usual(si_unit: str) -> str:
+    """Return the cure that names usual units: of angles and speeds those that engineers write."""
+    return f"Use a unit such as {USUAL.get(si_unit, si_unit)}"
 
 
 def _article(word: str) -> str:

@@ -258,6 +258,8 @@ def _moving(scaled: Floats, votes: dict[str, Kind], evidence: Evidence) -> Respo
 
 
 def _exponent_words(evidence: Evidence) -> str:
+    """Return the exponent with the half-width of its 95 % interval, two standard errors, as text; empty where it is not known."""
     if "exponent" not in evidence:
         return ""
-    return f", exponent {evidence['exponent']:.3g} ± {evidence['exponent error']:.2g} per period"
+    half = 2.0 * evidence["exponent error"]
+    return f", exponent {evidence['exponent']:.3g} ± {half:.2g} per period (95 %)"
