@@ -293,5 +293,5 @@ def test_calibration__integers_of_a_wav_file_in_physical_units(
         assert "full scale" not in calibrated
         assert run([*words, "--unit", "channel 1=g"]) == 0
         assert (
-            "WAV of integer of 16 bits: full scale of the file is 1 g; set another" in capsys.readouterr().out
+            "WAV, integer of 16 bits: full scale of the file is 1 g; set another" in capsys.readouterr().out
         )

@@ -39,7 +39,7 @@ def record_in(
 def full_scale_of(held: Any) -> str:
     """Return the encoding of a record whose samples are integers of a WAV file, scaled to +-1; else empty."""
     encoding = str(held.attributes.get("encoding", ""))
-    return f"WAV of {encoding}" if held.format == "wav" and encoding.startswith("integer") else ""
+    return f"WAV, {encoding}" if held.format == "wav" and encoding.startswith("integer") else ""
 
 
 def units_of(given: Sequence[str]) -> dict[str, str]:
