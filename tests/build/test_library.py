@@ -342,13 +342,16 @@ def test_a_build_that_waits_for_another_says_so(tmp_path: Path) -> None:
 
     handle = try_lock(tmp_path / ".lock")
     assert handle is not None
-    command = [sys.executable, "-m", "gearplay.build", "--folder", str(tmp_path)]
-    running = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    command, said = [sys.executable, "-m", "gearplay.build", "--folder", str(tmp_path)], tmp_path / "said.txt"
+    with said.open("w") as file:
+        running = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=file)
     try:
-        assert running.stderr is not None
-        said = running.stderr.readline()
+        for _ in range(600):
+            time.sleep(0.1)
+            if said.read_text():
+                break
     finally:
         running.kill()
-        running.communicate()
+        running.wait()
         os.close(handle)
-    assert said == f"Another process builds the kernel library in {tmp_path}: waiting for it.\n"
+    assert said.read_text() == f"Another process builds the kernel library in {tmp_path}: waiting for it.\n"

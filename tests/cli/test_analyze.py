@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.io import savemat
+from scipy.io import savemat, wavfile
 
 import gearplay as gp
 from gearplay.cli.main import run
@@ -135,6 +135,10 @@ def test_speed__a_quantity_a_scalar_or_pulses(
         (["--speed", "bearing.rate"], "or name a channel or a scalar"),
         (["--unit", "acc"], "Write --unit acc=g"),
         (["--unit", "ac=g"], "must be a channel that is read"),
+        (["--calibration", "acc=g"], 'Write --calibration "channel 1=9.81 m/s^2"'),
+        (["--calibration", "acc=9,81 m/s^2"], 'Write it with a decimal point: "9.81 m/s^2"'),
+        (["--calibration", "ac=2 g"], '--calibration = "ac": must be a channel that is read'),
+        (["--calibration", "acc=2 g", "--unit", "acc=g"], "must give the unit of a channel once"),
         (["--sampling", "12 rpm"], "--sampling"),
         (["--sampling", "300"], "must agree with 10000 Hz"),
     ],
@@ -259,3 +263,35 @@ def test_pictures__replaced_only_with_overwrite(tmp_path: Path, capsys: pytest.C
     assert f"Pictures in {out}: {', '.join(names)}\n" in capsys.readouterr().out
     assert not {"order_map.png", "order_spectrum.png", "synchronous_average.png"} & set(names)
     assert (out / "mine.png").exists()
+
+
+@pytest.mark.parametrize("command", ["analyze", "diagnose"])
+def test_calibration__integers_of_a_wav_file_in_physical_units(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A sine of 3 m/s^2 recorded at 8 m/s^2 full scale; without a calibration full scale is named as 1."""
+    values = 3.0 / 8.0 * np.sin(2.0 * np.pi * 500.0 * np.arange(16_000) / 8000.0)
+    path = tmp_path / "m16.wav"
+    wavfile.write(path, 8000, np.round(32768.0 * values).astype(np.int16))
+    words = [
+        command,
+        str(path),
+        *(
+            ["--line", "500Hz"]
+            if command == "analyze"
+            else ["--speed", "1500 rpm", "--teeth", "20:41", "--quick"]
+        ),
+    ]
+    assert run([*words, "--calibration", "channel 1=8 m/s^2", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["lines"]
+    line = min(found, key=lambda each: abs((each["frequency"] or 0.0) - 500.0))
+    assert line["amplitude"] == pytest.approx(3.0, rel=1e-3)
+    if command == "analyze":
+        assert run([*words, "--calibration", "channel 1=8 m/s^2"]) == 0
+        calibrated = capsys.readouterr().out
+        assert "[m/s^2]" in calibrated
+        assert "full scale" not in calibrated
+        assert run([*words, "--unit", "channel 1=g"]) == 0
+        assert (
+            "WAV, integer of 16 bits: full scale of the file is 1 g; set another" in capsys.readouterr().out
+        )

@@ -1,7 +1,5 @@
 """`gearplay analyze RECORD`: statistics, lines and a report page of a measured or simulated record."""
 
-import math
-from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
@@ -10,8 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from gearplay.cli.alarms import alarm_against, check_alarm
-from gearplay.cli.options import Pulses, Units, si_number
+from gearplay.cli.options import Calibrations, Pulses, Units, si_number
 from gearplay.cli.output import Json, print_json, print_text
+from gearplay.cli.records import calibration_of, full_scale_of, record_in, speed_of, units_of
 
 ENVELOPE_LINES = 8
 """Number of printed lines of an envelope."""
@@ -65,6 +64,7 @@ def analyze(
         str | None, typer.Option("--sampling", help="Sampling rate of a file without one: 12.8kHz.")
     ] = None,
     units: Units = None,
+    calibration: Calibrations = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder of the figures; no figures by default.")
     ] = None,
@@ -91,7 +91,9 @@ def analyze(
         if band is None
         else (si_number("--band", band[0], FREQUENCY), si_number("--band", band[1], FREQUENCY))
     )
-    held, usual = record_in(record, rate, units_of(units or ()))
+    own_units = units_of(units or ())
+    factors = calibration_of(calibration or (), own_units)
+    held, usual = record_in(record, rate, own_units, factors)
     check_alarm(record, healthy, teeth, false_alarms, speed, held)
     chosen, turning = held.channel(channel or usual), speed_of(held, speed, pulses)
     ends = _most_impulsive(chosen, ends) if envelope else ends
@@ -100,7 +102,7 @@ def analyze(
     if healthy is not None and teeth is not None:
 
         def found_in(path: Path) -> Any:
-            each, its = record_in(path, rate, units_of(units or ()))
+            each, its = record_in(path, rate, own_units, factors)
             return _gear_indicators(each.channel(channel or its), speed_of(each, speed, pulses), teeth)[0]
 
         alarm = alarm_against(_gear_indicators(chosen, turning, teeth)[0], healthy, found_in, false_alarms)
@@ -124,6 +126,7 @@ def analyze(
         "envelope": found,
         "indicators": indicators,
         "alarm": alarm,
+        "full_scale": full_scale_of(held) if chosen.name not in factors else "",
         "left_out": held.attributes.get("left out", ""),
         "figures": [str(path) for path in figures],
     }
@@ -132,91 +135,6 @@ def analyze(
         print_json(document)
     else:
         print_text(_words(document))
-
-
-def record_in(path: Path, sampling: float | None, units: dict[str, str]) -> tuple[Any, str | None]:
-    """Return the record in a file, or the run in a file as one, and the most informative channel of a run."""
-    from gearplay.files.measurements import read_measurement
-
-    if path.suffix.lower() in (".nc", ".nc4") and path.is_file() and sampling is None and not units:
-        from gearplay.files.netcdf import check_file, opened
-        from gearplay.public_functions import read_result
-        from gearplay.results.provenance import KIND
-        from gearplay.results.recorded import record_of, usual_channel
-        from gearplay.results.result import Result
-
-        with opened(check_file(path)) as file:
-            kind = file.attributes().get(KIND)
-        if kind == Result.result_kind:
-            result = read_result(path)
-            return record_of(result), usual_channel(result)
-    return read_measurement(path, sampling=sampling, units=units), None
-
-
-def units_of(given: Sequence[str]) -> dict[str, str]:
-    """Return the units that are given as NAME=UNIT."""
-    from gearplay.vocabulary.errors import InputError
-
-    found = {}
-    for text in given:
-        name, sign, unit = text.rpartition("=")
-        if not sign or not name or not unit.strip():
-            raise InputError.of("--unit", text, "must be a channel and its unit", "Write --unit acc=g")
-        found[name] = unit.strip()
-    return found
-
-
-def speed_of(held: Any, speed: str | None, pulses: int | None) -> Any:
-    """Return a speed [rad/s]: a quantity, a scalar of the file, or a channel of speeds, angles or pulses, of it or of another."""
-    from gearplay.schema.units import UnitError, parse_quantity
-    from gearplay.vocabulary.errors import InputError
-    from gearplay.vocabulary.quantities import ANGULAR_SPEED
-    from gearplay.vocabulary.suggestions import listed
-
-    if speed is not None and speed not in held.names and Path(speed).is_file():
-        from gearplay.files.measurements import read_measurement
-        from gearplay.signals.angle import angle_from_tacho
-
-        channel = read_measurement(Path(speed)).channel()
-        return channel if pulses is None else angle_from_tacho(channel, pulses)
-    if pulses is not None and speed not in held.names:
-        cure = f"Channels: {listed(held.names)}"
-        raise InputError.of("--speed", speed, "must name the channel of the pulses", cure)
-    if speed is None:
-        return None
-    if speed in held.names:
-        from gearplay.signals.angle import angle_from_tacho
-
-        channel = held.channel(speed)
-        return channel if pulses is None else angle_from_tacho(channel, pulses)
-    text = _scalar(held, speed) or speed
-    try:
-        return parse_quantity(text, ANGULAR_SPEED)
-    except UnitError as error:
-        named = [*held.names, *(key for key, value in held.attributes.items() if _is_number(value))]
-        cure = f"{error.cure}, or name a channel or a scalar: {listed(named)}"
-        raise InputError.of("--speed", speed, error.rule, cure) from None
-
-
-def _scalar(held: Any, speed: str) -> str | None:
-    """Return a scalar of the file as text with a unit: the one given after its name, else the one that the name ends with.
-
-    ``Hz`` of a scalar is revolutions a second.
-    """
-    for name, value in held.attributes.items():
-        given = speed.removeprefix(name).strip()
-        if not speed.startswith(name) or not _is_number(value) or (given and speed[len(name)] != " "):
-            continue
-        unit = given or next((u for u in ("rpm", "hz", "rps", "rad/s") if name.lower().endswith(u)), "")
-        return f"{value} {'rps' if unit.lower() == 'hz' else unit}".strip()
-    return None
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return math.isfinite(float(text))
-    except ValueError:
-        return False
 
 
 def _most_impulsive(channel: Any, band: tuple[float, float] | None) -> tuple[float, float]:
@@ -335,6 +253,11 @@ def _words(document: dict[str, Any]) -> str:
             f"{verdict}: score {alarm['score']:.3g}, threshold {alarm['threshold']:.3g}",
             f"  ({alarm['settings']})",
         ]
+    if document["full_scale"]:
+        rows.append(
+            f"{document['full_scale']}: full scale of the file is 1 {unit}; set another with --calibration"
+            f' "{document["channel"]}=9.81 m/s^2"'
+        )
     if document["left_out"]:
         rows.append(f"left out, as they are no evenly sampled real numbers: {document['left_out']}")
     if document["figures"]:

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gearplay.cli.options import Pulses, Units, si_number
+from gearplay.cli.options import Calibrations, Pulses, Units, si_number
 from gearplay.cli.output import Json, print_json, print_text
 
 LISTED = 3
@@ -46,6 +46,7 @@ def diagnose(
         str | None, typer.Option("--sampling", help="Sampling rate of a file without one: 12kHz.")
     ] = None,
     units: Units = None,
+    calibration: Calibrations = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="Simulate nothing: hypotheses from the record alone.")
     ] = False,
@@ -70,9 +71,9 @@ def diagnose(
     hypotheses, worn flanks and worn bushes are simulated and compared with the record.
     """
     import gearplay as gp
-    from gearplay.cli.analyze import record_in, speed_of, units_of
     from gearplay.cli.interrupts import interruptible
     from gearplay.cli.progress import progress_bar
+    from gearplay.cli.records import calibration_of, record_in, speed_of, units_of
     from gearplay.files.atomic import check_new, write_bytes
     from gearplay.files.json_text import finite
     from gearplay.pictures.canvas import to_png
@@ -82,10 +83,12 @@ def diagnose(
     for each in files:
         check_new(each, overwrite=overwrite)
     rate = None if sampling is None else si_number("--sampling", sampling, FREQUENCY)
-    held, usual = record_in(record, rate, units_of(units or ()))
+    own_units = units_of(units or ())
+    factors = calibration_of(calibration or (), own_units)
+    held, usual = record_in(record, rate, own_units, factors)
     name = channel or usual
     turning = speed_of(held, speed, pulses)
-    sound = None if healthy is None else record_in(healthy, rate, units_of(units or ()))[0]
+    sound = None if healthy is None else record_in(healthy, rate, own_units, factors)[0]
     with interruptible() as stop, progress_bar(quiet=json) as report:
         found = gp.diagnose(
             held,

@@ -33,6 +33,15 @@ Units = Annotated[
         "--unit", metavar="NAME=UNIT", help="Unit of a channel, in place of the file's own. May be repeated."
     ),
 ]
+Calibrations = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--calibration",
+        metavar="NAME=FACTOR UNIT",
+        help='Factor of a channel\'s samples, and their unit then: "channel 1=9.81 m/s^2". Of integers in WAV files the factor '
+        "is full scale. May be repeated.",
+    ),
+]
 Period = Annotated[str, typer.Option("--period", help="common, mesh, shaft, or a time: 25ms.")]
 
 OPTIONS: Final = {
@@ -47,6 +56,7 @@ OPTIONS: Final = {
     "expected": "--line",
     **{name: f"--{name.replace('_', '-')}" for name in ("load_case", "gear_bodies", "allowance")},
     **{name: f"--{name}" for name in ("fmi", "inputs", "outputs", "platforms", "tune")},
+    "calibration": "--calibration",
     "change": "--set",
     "ensemble": "--members",
 }
