@@ -171,8 +171,9 @@ def campbell_drawing(ds: xr.Dataset) -> Any:
 
 
 def _draw_orders(ax: Any, ds: xr.Dataset, rpm: Floats, top: float) -> None:
-    """Draw orders of excitation as rays, with their names at the right end one above the other, or at the top."""
+    """Draw orders of excitation as rays, with their names to the right of their ends, one above the other, or at the top."""
     free = 0.0
+    words = {"fontsize": SMALL - 1, "color": "#555a66", "annotation_clip": False}
     for k in np.argsort(ds["order_frequency"].values[-1], kind="stable"):
         line = ds["order_frequency"].values[:, k]
         ax.plot(rpm, line, color=CLEARANCE, linewidth=0.8, linestyle="--")
@@ -180,13 +181,16 @@ def _draw_orders(ax: Any, ds: xr.Dataset, rpm: Floats, top: float) -> None:
         if not inside.size:
             continue
         name, at = plain(short(str(ds["order"].values[k]), 28)), inside[-1]
-        if at == len(rpm) - 1:
-            free = max(float(line[at]), free)
-            place, side = (1.01, free), {"xycoords": ("axes fraction", "data"), "ha": "left", "va": "center"}
-            free += NAMES_APART * top
-        else:
-            place, side = (rpm[at], line[at]), {"ha": "right", "va": "bottom"}
-        ax.annotate(name, place, fontsize=SMALL - 1, color="#555a66", annotation_clip=False, **side)
+        if at < len(rpm) - 1:
+            ax.annotate(name, (rpm[at], line[at]), ha="right", va="bottom", **words)
+            continue
+        free = max(float(line[at]), free)
+        beside = ax.get_yaxis_transform()  # a share of the width, a frequency
+        ax.plot(
+            [1.0, 1.035], [line[at], free], transform=beside, color=CLEARANCE, linewidth=0.5, clip_on=False
+        )
+        ax.annotate(name, (1.04, free), xycoords=beside, ha="left", va="center", **words)
+        free += NAMES_APART * top
 
 
 def family_drawing(ds: xr.Dataset) -> Any:
