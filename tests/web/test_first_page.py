@@ -78,14 +78,16 @@ def test_first_motion__is_that_of_a_run_of_the_first_case(server: Server) -> Non
 def test_first_visit__draws_before_it_has_a_connection(chromium: Any, server: Server) -> None:
     start_of(server)
     made = Visit(chromium, "about:blank", chromium.new_context())
-    held: list[Any] = []
-    made.page.route_web_socket("**/wire", lambda socket: held.append(socket))  # never connected
-    made.page.goto(server.url)
-    made.until("Boolean(window.gearplay && window.gearplay.first)")
-    assert made.page.evaluate(DRAWN)
-    asked = [url.removeprefix(server.url) for url in made.asked if url.startswith("http")]
-    assert set(asked) <= {"/", "/page.js", "/static/style.css", "/static/icon.svg", "/plotly.js"}
-    made.context.close()
+    try:
+        held: list[Any] = []
+        made.page.route_web_socket("**/wire", lambda socket: held.append(socket))  # never connected
+        made.page.goto(server.url)
+        made.until("Boolean(window.gearplay && window.gearplay.first)")
+        assert made.page.evaluate(DRAWN)
+        asked = [url.removeprefix(server.url) for url in made.asked if url.startswith("http")]
+        assert set(asked) <= {"/", "/page.js", "/static/style.css", "/static/icon.svg", "/plotly.js"}
+    finally:
+        made.context.close()
     assert made.complaints == []
 
 
