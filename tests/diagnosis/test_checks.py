@@ -134,7 +134,9 @@ def test_a_ring_of_a_bearing_of_the_case(part: str) -> None:
         taken(plan.case, {"faults": [dent]}, plan.rig), case=plan.case, rig=plan.rig, members=2
     )
     assert found.hypotheses()[0]["name"] == f"bearing of pinion, {part} ring"
-    assert causes(found) == [f"bearing of pinion, {part} ring"]
+    agreeing = causes(found)  # another small fault beside it may agree as well
+    assert f"bearing of pinion, {part} ring" in agreeing
+    assert all(each.startswith(f"bearing of pinion, {part} ring") for each in agreeing)
 
 
 @pytest.mark.compiled
@@ -159,7 +161,7 @@ def test_a_broken_cage__agrees_when_it_is_simulated() -> None:
     plan = load_dataset_plan("bearing-dents")
     fault = {"kind": "cage", "at": "pinion", "element": 2, "angle": "2 deg"}
     found = gp.diagnose(
-        taken(plan.case, {"faults": [fault]}, plan.rig, SHORT), case=plan.case, rig=plan.rig, members=2
+        taken(plan.case, {"faults": [fault]}, plan.rig), case=plan.case, rig=plan.rig, members=2
     )
     assert causes(found) == ["bearing of pinion, cage"]
 

@@ -153,10 +153,9 @@ def test_pictures__state_case_element_window_and_settings(tmp_path: Path) -> Non
     found.save(tmp_path / "run.nc")
     plot = gp.read_result(tmp_path / "run.nc").plot
     close = plot.history("backlash")
-    assert close.figure.get_suptitle().startswith(
-        "My rig; meshes.0.backlash = 150 µm: total backlash along the line of action, "
-    )
-    assert close.figure.get_suptitle().replace("\n", " ").endswith("of 0 to 0.8 s")
+    title = close.figure.get_suptitle().replace("\n", " ")
+    assert title.startswith("My rig; meshes.0.backlash = 150 µm: total backlash along the line of action, ")
+    assert title.endswith("of 0 to 0.8 s")
     assert np.ptp(close.get_xlim()) == pytest.approx(10 / 40.0), "ten mesh periods"
     assert np.ptp(plot.history("backlash", window=(None, None)).get_xlim()) == pytest.approx(0.8, abs=1e-3)
     marks = [text.get_text() for text in plot.spectrum("ax", "ring").texts]
