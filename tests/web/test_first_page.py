@@ -10,6 +10,7 @@ from typing import Any
 
 import httpx
 import numpy as np
+import pytest
 
 from gearplay.web.bundle import EXPORT, script_of, static_text
 from gearplay.web.first_page import FirstPage
