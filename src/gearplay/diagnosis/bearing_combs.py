@@ -71,9 +71,14 @@ def turns_of_envelopes(bands: Sequence[BandEnvelope], machine: Machine, given: F
     return FoundSpeed(found[0], max(found[1], least), "envelope")
 
 
+def _band_of(bands: Sequence[BandEnvelope], comb: Comb) -> BandEnvelope:
+    """Return the envelope in which a comb was found."""
+    return next(each for each in bands if (each.low, each.high) == (comb.low, comb.high))
+
+
 def _is_hairline(bands: Sequence[BandEnvelope], comb: Comb, pattern: Sequence[tuple[float, float]]) -> bool:
     """Return whether the highest line of a comb is what the smeared lines of its envelope leave, in a record without noise."""
-    band = next(each for each in bands if (each.low, each.high) == (comb.low, comb.high))
+    band = _band_of(bands, comb)
     places = [round((k * comb.frequency + offset) / band.resolution) for k, offset in pattern]
     own = max(float(band.amplitude[p - 1 : p + 2].max()) for p in places if 1 <= p < band.amplitude.size - 1)
     return own < HAIRLINE * float(band.amplitude[3:].max())
@@ -116,7 +121,7 @@ def _between_bins(
     bands: Sequence[BandEnvelope], comb: Comb, pattern: Sequence[tuple[float, float]]
 ) -> tuple[float, float] | None:
     """Return frequency and uncertainty [Hz] of a comb from its multiples that stand out, None without any."""
-    band = next(each for each in bands if (each.low, each.high) == (comb.low, comb.high))
+    band = _band_of(bands, comb)
     places = np.arange(band.amplitude.size, dtype=np.float64) * band.resolution
     multiples = np.array([k for k, offset in pattern if offset == 0.0])
     return located(Spectrum(places, band.amplitude, "hann", "amplitude", "1"), multiples, comb.frequency)

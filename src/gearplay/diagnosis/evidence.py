@@ -8,6 +8,8 @@ from typing import Final
 
 MOST: Final = 1.5
 """Largest strength [decades]."""
+NONE: Final = -2.0
+"""Strength [decades] of a cause without evidence, the least."""
 
 
 @dataclass(frozen=True)
@@ -23,8 +25,8 @@ class Evidence:
     def strength(self) -> float:
         """Decades above the threshold."""
         if self.value <= 0.0:
-            return -2.0
-        return min(MOST, max(-2.0, math.log10(self.value / self.threshold)))
+            return NONE
+        return min(MOST, max(NONE, math.log10(self.value / self.threshold)))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from itertools import combinations
 from typing import Final
 
 from gearplay.diagnosis.bearing_combs import PARTS, SLIP, coincide, strongest_line
-from gearplay.diagnosis.evidence import Hypothesis
+from gearplay.diagnosis.evidence import NONE, Hypothesis
 from gearplay.diagnosis.machine import Machine
 from gearplay.diagnosis.measures import Measures
 
@@ -28,8 +28,6 @@ OF_CAGE: Final = 1.0
 """Strength of a cage from which lines of the outer ring are taken for its multiples [decades]."""
 LEFT: Final = 0.03
 """Height of a comb of envelope lines, relative to that of a stronger one, that the latter's smeared lines and sidebands leave."""
-NONE: Final = -2.0
-"""Strength [decades] of a cause without evidence."""
 PARTLY: Final = 0.3
 """Part of the evidence [decades] that a tooth and an eccentricity of one gear explain of each other, and others of rattle."""
 TOGETHER: Final = 3

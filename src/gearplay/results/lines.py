@@ -27,14 +27,13 @@ def _other_lines(case: Case) -> dict[str, float]:
         orders = set_frequencies(case, name).orders()
         others = {order: line for order, line in orders.items() if order not in ("mesh", "carrier")}
         found |= {f"{order} of {name}": line for order, line in others.items()}
-    for name, speed in zip(case.rotors, nominal_speeds(case), strict=True):
+    speeds = dict(zip(case.rotors, nominal_speeds(case).tolist(), strict=True))
+    for name, speed in speeds.items():
         if speed != 0.0 and ".planet" not in name:
-            found[f"shaft of {name}"] = abs(float(speed)) / (2.0 * math.pi)
-    speeds = dict(zip(case.rotors, nominal_speeds(case), strict=True))
+            found[f"shaft of {name}"] = abs(speed) / (2.0 * math.pi)
     for name, bearing in case.bearings.items():
-        turn = abs(float(speeds[name]) - (float(speeds[bearing.on]) if bearing.on is not None else 0.0)) / (
-            2.0 * math.pi
-        )
+        carrier = speeds[bearing.on] if bearing.on is not None else 0.0
+        turn = abs(speeds[name] - carrier) / (2.0 * math.pi)
         for line, order in (("BPFO", bearing.orders.outer), ("BPFI", bearing.orders.inner)):
             frequency = round(order * turn, 9)
             if frequency not in (0.0, *found.values()):

@@ -76,7 +76,7 @@ def _center_distance(case: Train, index: int) -> Iterator[Finding]:
 def _wedging(case: Train, index: int) -> Iterator[Finding]:
     hot = case.operating
     ratio = geometry.jam_ratio(hot, index)
-    left = geometry.installed_backlash(hot, index) * math.cos(geometry.pair_of(hot, index).first.base_helix)
+    left = geometry.installed_normal_backlash(hot, index)
     lost = runout_loss(hot, index) * math.cos(geometry.pair_of(hot, index).first.base_helix)
     if ratio <= 1.0 and not left < lost:
         return

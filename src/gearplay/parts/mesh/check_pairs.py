@@ -50,7 +50,7 @@ def pair_table(case: Train) -> list[dict[str, Any]]:
     rows = []
     for j, mesh in enumerate(case.meshes):
         found, pair = mesh_frequencies(case, j), geometry.installed_pair(case, j)
-        backlash = geometry.installed_backlash(case, j) * math.cos(pair.first.base_helix)
+        backlash = geometry.installed_normal_backlash(case, j)
         rows.append(
             {
                 "mesh": mesh.label,
@@ -125,7 +125,7 @@ def _ratio(case: Train, j: int) -> str:
     if abs(pair.working_angle - case.meshes[j].pressure_angle) > SAME_ANGLE:
         said += f", working pressure angle {math.degrees(pair.working_angle):.4f} deg at {1e3 * pair.distance:.6g} mm"
     if (limits := backlash_range(case, j)) is not None:
-        middle = geometry.installed_backlash(case, j) * math.cos(pair.first.base_helix)
+        middle = geometry.installed_normal_backlash(case, j)
         said += f", normal backlash {1e6 * middle:.4g} um, by its allowances {1e6 * limits[0]:.4g} to {1e6 * limits[1]:.4g} um"
     if helical:
         width = f", overlap ratio {pair.overlap_ratio:.4g}" if pair.facewidth else ""

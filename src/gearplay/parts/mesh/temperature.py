@@ -130,7 +130,7 @@ def _of_meshes(case: "Train", found: list[list[Left]]) -> Iterator[Finding]:
     """Yield the backlash of every mesh at both ends of a range."""
     texts: dict[tuple[bool, str, str], list[int]] = {}
     for j, ends in enumerate(found):
-        middle = geometry.installed_backlash(case, j) * math.cos(geometry.pair_of(case, j).first.base_helix)
+        middle = geometry.installed_normal_backlash(case, j)
         by = _takers(case, j)
         words = [
             f"{1e6 * end.middle:.4g} um at {_degrees(end.temperature)}"

@@ -185,6 +185,11 @@ def installed_backlash(case: "Train", j: int, *, closer: float = 0.0) -> float:
     return given + 2.0 * pair.second.sign * pair.least_distance * opening
 
 
+def installed_normal_backlash(case: "Train", j: int) -> float:
+    """Return the normal backlash [m] of mesh j at the distance of its nominal centres: `installed_backlash` times cos beta_b."""
+    return installed_backlash(case, j) * math.cos(pair_of(case, j).first.base_helix)
+
+
 def carrier_of(case: "Train", name: str) -> str | None:
     """Return the rotor that carries the part that holds this rotor, or None for the ground."""
     return next((part.on for part in case.holders(name) if part.on is not None), None)
